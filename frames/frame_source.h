@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/arrays.h"
@@ -67,6 +68,23 @@ class FrameSource {
   virtual RowMajorMatrix table(const std::string& name) const;
   /// All files that are read.
   virtual std::vector<std::filesystem::path> files() const = 0;
+};
+
+/// The frames of one file, which are held in memory.
+class TableFrames : public FrameSource {
+ public:
+  explicit TableFrames(std::filesystem::path input) : path_(std::move(input)) {}
+
+  std::uint64_t frames() const override { return static_cast<std::uint64_t>(rows_.rows()); }
+  Eigen::Index columns() const override { return rows_.cols(); }
+  RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
+    return rows_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+  }
+  std::vector<std::filesystem::path> files() const override { return {path_}; }
+
+ protected:
+  std::filesystem::path path_;
+  RowMajorMatrix rows_;  ///< [frames, columns]
 };
 
 /// Opens a file of frames by its content: HDF5 (also MATLAB's v7.3 and Octave's), MATLAB's older

@@ -24,9 +24,9 @@ constexpr int get_electrodes = 16;
 constexpr int measured_pairs = get_electrodes - 3;
 constexpr Eigen::Index voltages = get_electrodes * measured_pairs;
 
-class GetFrames final : public FrameSource {
+class GetFrames final : public TableFrames {
  public:
-  GetFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+  GetFrames(const fs::path& input, const FrameFileOptions& options) : TableFrames(input) {
     if (!options.dataset.empty() || options.transposed.value_or(false)) {
       throw InputError(path_.string() +
                        ": is a .get recording; leave --dataset and --transposed out");
@@ -35,11 +35,6 @@ class GetFrames final : public FrameSource {
   }
 
   std::string format() const override { return "get"; }
-  std::uint64_t frames() const override { return static_cast<std::uint64_t>(rows_.rows()); }
-  Eigen::Index columns() const override { return rows_.cols(); }
-  RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
-    return rows_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
-  }
   std::vector<ChannelElectrodes> channels() const override {
     std::vector<ChannelElectrodes> out;
     if (columns() == frame_values) return out;  // the order "full"
@@ -54,11 +49,6 @@ class GetFrames final : public FrameSource {
   std::vector<std::string> notes() const override {
     return {"the numbers of .get files are the instrument's, no volts: --fix finds their level"};
   }
-  std::vector<fs::path> files() const override { return {path_}; }
-
- private:
-  fs::path path_;
-  RowMajorMatrix rows_;
 };
 
 }  // namespace

@@ -26,7 +26,7 @@ struct CloseMat {
 using Variable = std::unique_ptr<matvar_t, CloseMat>;
 
 template <typename Number>
-void append_numbers(const void* data, std::size_t count, std::vector<double>& out) {
+void read_numbers(const void* data, std::size_t count, std::vector<double>& out) {
   const auto* const numbers = static_cast<const Number*>(data);
   out.assign(numbers, numbers + count);
 }
@@ -145,8 +145,17 @@ class MatlabFile {
         variable.nbytes < count * static_cast<std::size_t>(variable.data_size)) {
       fail(name, "is damaged; save it again");
     }
+    constexpr std::pair<matio_classes, void (*)(const void*, std::size_t, std::vector<double>&)>
+        readers[] = {
+            {MAT_C_DOUBLE, read_numbers<double>},      {MAT_C_SINGLE, read_numbers<float>},
+            {MAT_C_INT8, read_numbers<std::int8_t>},   {MAT_C_UINT8, read_numbers<std::uint8_t>},
+            {MAT_C_INT16, read_numbers<std::int16_t>}, {MAT_C_UINT16, read_numbers<std::uint16_t>},
+            {MAT_C_INT32, read_numbers<std::int32_t>}, {MAT_C_UINT32, read_numbers<std::uint32_t>}};
     std::vector<double> numbers;
-    append(variable, data, count, name, numbers);
+    for (const auto& [type, read_all] : readers) {
+      if (type == variable.class_type) read_all(data, count, numbers);
+    }
+    if (numbers.empty()) fail(name, "must hold numbers, double or single; save it so");
     const auto rows = static_cast<Eigen::Index>(out.shape[0]);
     const auto middle = static_cast<Eigen::Index>(out.shape[1]);
     const auto last = static_cast<Eigen::Index>(count) / rows / middle;
@@ -159,38 +168,14 @@ class MatlabFile {
     }
   }
 
-  void append(const matvar_t& variable, const void* data, std::size_t count,
-              const std::string& name, std::vector<double>& out) const {
-    switch (variable.class_type) {
-      case MAT_C_DOUBLE:
-        return append_numbers<double>(data, count, out);
-      case MAT_C_SINGLE:
-        return append_numbers<float>(data, count, out);
-      case MAT_C_INT8:
-        return append_numbers<std::int8_t>(data, count, out);
-      case MAT_C_UINT8:
-        return append_numbers<std::uint8_t>(data, count, out);
-      case MAT_C_INT16:
-        return append_numbers<std::int16_t>(data, count, out);
-      case MAT_C_UINT16:
-        return append_numbers<std::uint16_t>(data, count, out);
-      case MAT_C_INT32:
-        return append_numbers<std::int32_t>(data, count, out);
-      case MAT_C_UINT32:
-        return append_numbers<std::uint32_t>(data, count, out);
-      default:
-        fail(name, "must hold numbers, double or single; save it so");
-    }
-  }
-
   fs::path path_;
   std::unique_ptr<mat_t, CloseMat> file_;
   std::vector<std::string> names_;
 };
 
-class MatlabFrames final : public FrameSource {
+class MatlabFrames final : public TableFrames {
  public:
-  MatlabFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+  MatlabFrames(const fs::path& input, const FrameFileOptions& options) : TableFrames(input) {
     const MatlabFile file(path_);
     name_ = options.dataset.starts_with('/') ? options.dataset.substr(1) : options.dataset;
     if (name_.empty() && file.has("voltages")) name_ = "voltages";
@@ -199,13 +184,15 @@ class MatlabFrames final : public FrameSource {
     if (name_.empty()) file.fail("", "name the frames by --dataset, one of " + file.list());
     const std::string folder = name_.substr(0, name_.rfind('/') + 1);
     const std::string reference = name_ == "vi" ? "vh" : folder + "reference_voltages";
-    frames_ = file.matrix(name_);
-    const bool by_columns = options.transposed.value_or(frames_.is_eidors || name_ == "vi");
+    MatlabFile::Matrix found = file.matrix(name_);
+    const bool by_columns = options.transposed.value_or(found.is_eidors || name_ == "vi");
     const auto turn = [&](RowMajorMatrix& rows) {
       if (by_columns || (rows.cols() == 1 && rows.rows() > 1)) rows.transposeInPlace();
     };
-    turn(frames_.rows);
-    if (by_columns) frames_.shape.clear();
+    turn(found.rows);
+    rows_ = std::move(found.rows);
+    is_complex_ = found.is_complex;
+    if (!by_columns && found.shape.size() == 3) frame_shape_ = {found.shape[1], found.shape[2]};
     if (!file.has(reference)) return;
     reference_ = file.matrix(reference).rows;
     turn(reference_);
@@ -213,28 +200,17 @@ class MatlabFrames final : public FrameSource {
 
   std::string format() const override { return "MATLAB"; }
   std::string dataset() const override { return name_; }
-  std::uint64_t frames() const override { return static_cast<std::uint64_t>(frames_.rows.rows()); }
-  Eigen::Index columns() const override { return frames_.rows.cols(); }
-  std::vector<std::uint64_t> frame_shape() const override {
-    return frames_.shape.size() == 3
-               ? std::vector<std::uint64_t>{frames_.shape[1], frames_.shape[2]}
-               : std::vector<std::uint64_t>{};
-  }
-  RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
-    return frames_.rows.middleRows(static_cast<Eigen::Index>(first),
-                                   static_cast<Eigen::Index>(count));
-  }
+  std::vector<std::uint64_t> frame_shape() const override { return frame_shape_; }
   RowMajorMatrix reference() const override { return reference_; }
   std::vector<std::string> notes() const override {
-    if (!frames_.is_complex) return {};
+    if (!is_complex_) return {};
     return {"the values are complex: their part in phase is taken"};
   }
-  std::vector<fs::path> files() const override { return {path_}; }
 
  private:
-  fs::path path_;
   std::string name_;
-  MatlabFile::Matrix frames_;
+  bool is_complex_ = false;
+  std::vector<std::uint64_t> frame_shape_;
   RowMajorMatrix reference_;
 };
 

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <numbers>
 #include <ranges>
+#include <span>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/text.h"
 #include "frames/frame_source.h"
 #include "frames/text_lines.h"
@@ -255,10 +257,8 @@ TitledColumns columns_of(const Cells& cells, const std::string& source,
     throw InputError(source + ": holds no voltages: all of its " + std::to_string(count) +
                      " columns are counts, times or words");
   }
-  std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(3, left.size()); ++i) {
-    text += (i > 0 ? ", " : "") + column_text(cells, left[i]);
-  }
+  std::string text = joined(std::span(left).first(std::min<std::size_t>(3, left.size())), ", ",
+                            [&](std::size_t c) { return column_text(cells, c); });
   if (left.size() > 3) text += " and " + std::to_string(left.size() - 3) + " more";
   if (!left.empty()) notes.push_back(text + ": passed over, as no voltages of channels");
   return columns;
@@ -321,28 +321,23 @@ Table table_of(std::string_view text, const std::string& source) {
   return table;
 }
 
-class CsvFrames final : public FrameSource {
+class CsvFrames final : public TableFrames {
  public:
-  CsvFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+  CsvFrames(const fs::path& input, const FrameFileOptions& options) : TableFrames(input) {
     if (!options.dataset.empty()) {
       throw InputError(path_.string() +
                        ": is read as text, which has no datasets; leave --dataset out");
     }
     const std::string text = utf8_text(text_of_file(path_), path_.string());
     if (options.transposed.value_or(false)) {
-      table_.rows = numbers_of_text(text, path_.string()).transpose();
+      rows_ = numbers_of_text(text, path_.string()).transpose();
     } else {
       table_ = table_of(text, path_.string());
+      rows_ = std::move(table_.rows);
     }
   }
 
   std::string format() const override { return "CSV"; }
-  std::uint64_t frames() const override { return static_cast<std::uint64_t>(table_.rows.rows()); }
-  Eigen::Index columns() const override { return table_.rows.cols(); }
-  RowMajorMatrix read(std::uint64_t first, std::uint64_t count) const override {
-    return table_.rows.middleRows(static_cast<Eigen::Index>(first),
-                                  static_cast<Eigen::Index>(count));
-  }
   std::vector<ChannelElectrodes> channels() const override {
     std::vector<ChannelElectrodes> out;
     for (const auto& [a, b, m, n] : table_.channels) out.push_back({{a, b}, {m, n}});
@@ -350,11 +345,9 @@ class CsvFrames final : public FrameSource {
   }
   std::string unit() const override { return table_.unit; }
   std::vector<std::string> notes() const override { return table_.notes; }
-  std::vector<fs::path> files() const override { return {path_}; }
 
  private:
-  fs::path path_;
-  Table table_;
+  Table table_;  ///< but for its rows
 };
 
 }  // namespace

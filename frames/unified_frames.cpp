@@ -17,7 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t most_unified_bytes = std::uint64_t{1} << 26U;
 constexpr double most_off =
     0.02;  ///< distance of an electrode from the border, of the sheet's size
 
@@ -111,30 +110,24 @@ nlohmann::json sheet_of(Eigen::Matrix2Xd points, const UnifiedLines& lines) {
   return out;
 }
 
-class UnifiedFrames final : public FrameSource {
+class UnifiedFrames final : public TableFrames {
  public:
-  UnifiedFrames(fs::path input, const FrameFileOptions& options) : path_(std::move(input)) {
+  UnifiedFrames(const fs::path& input, const FrameFileOptions& options) : TableFrames(input) {
     if (!options.dataset.empty() || options.transposed.value_or(false)) {
       throw InputError(path_.string() +
                        ": is one frame of BERT's format; leave --dataset and --transposed out");
     }
     file_ = parse_unified(text_of_file(path_), path_.string());
+    rows_ = Eigen::Map<const Eigen::RowVectorXd>(file_.resistances.data(),
+                                                 std::ssize(file_.resistances));
   }
 
   std::string format() const override { return "unified"; }
-  std::uint64_t frames() const override { return 1; }
-  Eigen::Index columns() const override { return std::ssize(file_.resistances); }
-  RowMajorMatrix read(std::uint64_t, std::uint64_t count) const override {
-    const Eigen::Map<const Eigen::RowVectorXd> row(file_.resistances.data(), columns());
-    return row.replicate(static_cast<Eigen::Index>(count), 1);
-  }
   std::optional<Sensor> sensor() const override { return file_.sensor; }
   bool knows_background() const override { return false; }
   std::vector<ChannelElectrodes> channels() const override { return file_.channels; }
-  std::vector<fs::path> files() const override { return {path_}; }
 
  private:
-  fs::path path_;
   UnifiedFile file_;
 };
 
