@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "core/errors.h"
+#include "core/fields.h"
 #include "core/hdf5_file.h"
 #include "core/json.h"
 #include "core/random.h"
@@ -100,18 +101,42 @@ QuietCheck frames_unlike(const Sensor& sensor, const Frames& frames, std::uint64
   return out;
 }
 
-std::vector<double> list_of(const Eigen::VectorXd& values) {
-  return {values.begin(), values.end()};
-}
-
-Eigen::VectorXd vector_of(JsonObject& object, const char* key, std::size_t size, Range range) {
-  const std::vector<double> values = object.numbers(key, size, range);
-  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(size));
-}
-
 /// Above what any instrument reaches and below what any number can be.
 constexpr double most_volts = 1e9;
 constexpr double most_decibels = 1000;
+
+/// All but the sensors.
+void visit(Fields& fields, Calibration& c) {
+  const auto by_channel = [&](const char* key, Eigen::VectorXd& values, double least) {
+    if (fields.reading()) values.resize(c.sensor.channels());
+    fields.required().numbers(key, {values.data(), static_cast<std::size_t>(values.size())},
+                              {least, most_volts});
+  };
+  fields.required().integer("frames", c.frames, 1, 2000000000);
+  by_channel("reference_voltages", c.reference, -most_volts);
+  by_channel("noise_V", c.noise, 0);
+  by_channel("white_noise_V", c.white_noise, 0);
+  fields.required().object("snr_db", [&](Fields& snr) {
+    constexpr Range range{-most_decibels, most_decibels};
+    snr.required().number("absolute", c.snr_absolute, range);
+    snr.required().number("absolute_white", c.snr_white, range);
+    snr.required().number("difference", c.snr_difference, range);
+    JsonValue contact = json{{"radius", Calibration::contact_radius},
+                             {"conductivity_ratio", Calibration::contact_ratio}};
+    snr.required().any("contact", contact);
+  });
+  fields.required().object("drift", [&](Fields& drift) {
+    drift.required().number("level", c.drift_level, {});
+    drift.required().number("relative", c.drift, {});
+  });
+  fields.required().integers("dead_electrodes", c.dead_electrodes, 0,
+                             static_cast<std::size_t>(c.sensor.electrode_count),
+                             {0, c.sensor.electrode_count - 1});
+  fields.required().number("reciprocity_error", c.reciprocity_error, Range::at_least(0));
+  fields.required().number("level", c.level, {});
+  fields.required().number("background", c.background, {1e-9, 1e8, false, "S/m"});
+  fields.required().number("misfit", c.misfit, Range::at_least(0));
+}
 
 constexpr std::uint64_t scenes = 400;
 constexpr const char* set_name = "calibrated";
@@ -202,26 +227,11 @@ std::vector<std::string> warnings_of(const Calibration& calibration) {
   return out;
 }
 
-json to_json(const Calibration& c) {
-  json out = {{"schema", Calibration::schema},
-              {"sensor", to_json(c.sensor)},
-              {"frames", c.frames},
-              {"reference_voltages", list_of(c.reference)},
-              {"noise_V", list_of(c.noise)},
-              {"white_noise_V", list_of(c.white_noise)},
-              {"snr_db",
-               {{"absolute", c.snr_absolute},
-                {"absolute_white", c.snr_white},
-                {"difference", c.snr_difference},
-                {"contact",
-                 {{"radius", Calibration::contact_radius},
-                  {"conductivity_ratio", Calibration::contact_ratio}}}}},
-              {"drift", {{"level", c.drift_level}, {"relative", c.drift}}},
-              {"dead_electrodes", c.dead_electrodes},
-              {"reciprocity_error", c.reciprocity_error},
-              {"level", c.level},
-              {"background", c.background},
-              {"misfit", c.misfit}};
+json to_json(const Calibration& calibration) {
+  Calibration c = calibration;
+  json out = Fields::written([&](Fields& fields) { visit(fields, c); });
+  out["schema"] = Calibration::schema;
+  out["sensor"] = to_json(c.sensor);
   if (!(c.declared == c.sensor)) out["declared_sensor"] = to_json(c.declared);
   return out;
 }
@@ -239,28 +249,7 @@ Calibration read_calibration(const std::filesystem::path& file) {
   if (object.has("declared_sensor")) {
     c.declared = sensor_from_json(object.object("declared_sensor"));
   }
-  const auto channels = static_cast<std::size_t>(c.sensor.channels());
-  c.frames = object.integer("frames", 1, 2000000000);
-  c.reference = vector_of(object, "reference_voltages", channels, {-most_volts, most_volts});
-  c.noise = vector_of(object, "noise_V", channels, {0, most_volts});
-  c.white_noise = vector_of(object, "white_noise_V", channels, {0, most_volts});
-  JsonObject snr = object.object("snr_db");
-  c.snr_absolute = snr.number("absolute", {-most_decibels, most_decibels});
-  c.snr_white = snr.number("absolute_white", {-most_decibels, most_decibels});
-  c.snr_difference = snr.number("difference", {-most_decibels, most_decibels});
-  snr.raw("contact");
-  snr.finish();
-  JsonObject drift = object.object("drift");
-  c.drift_level = drift.number("level");
-  c.drift = drift.number("relative");
-  drift.finish();
-  c.dead_electrodes =
-      object.integers("dead_electrodes", 0, static_cast<std::size_t>(c.sensor.electrode_count),
-                      {0, c.sensor.electrode_count - 1});
-  c.reciprocity_error = object.number("reciprocity_error", Range::at_least(0));
-  c.level = object.number("level");
-  c.background = object.number("background", {1e-9, 1e8, false, "S/m"});
-  c.misfit = object.number("misfit", Range::at_least(0));
+  Fields::read_some(object, [&](Fields& fields) { visit(fields, c); });
   if (object.has("source")) object.raw("source");
   object.finish();
   return c;
