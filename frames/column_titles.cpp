@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "frames/text_lines.h"
 
 namespace ertbench {
@@ -71,11 +72,6 @@ std::vector<int> numbers_in(std::string_view text) {
   return out;
 }
 
-std::string name_of(const std::array<int, 4>& channel) {
-  return std::to_string(channel[0]) + " " + std::to_string(channel[1]) + " " +
-         std::to_string(channel[2]) + " " + std::to_string(channel[3]);
-}
-
 void take_unit(const std::string& unit, std::string& common, const std::string& source) {
   if (unit.empty()) return;
   if (!common.empty() && common != unit) {
@@ -136,7 +132,7 @@ TitledColumns titled_columns(const std::vector<std::string_view>& titles,
       if (kinds == std::array{Kind::magnitude, Kind::real}) other.value = c;
       if (kinds[0] != kinds[1] && kinds[0] != Kind::value && kinds[1] != Kind::value) continue;
       throw InputError(source + ": column " + std::to_string(c + 1) +
-                       ": the titles name the channel " + name_of(*title.electrodes) +
+                       ": the titles name the channel " + joined(*title.electrodes, " ") +
                        " twice; keep one column of it");
     }
     out.columns.push_back({c, std::nullopt});

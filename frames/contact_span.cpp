@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "core/kept.h"
+#include "core/lists.h"
 #include "forward/border/border_model.h"
 #include "forward/sheet/sensor_json.h"
 #include "frames/reference_check.h"
@@ -75,13 +77,13 @@ std::vector<int> channels_that_never_change(const Frames& frames) {
 std::string text_of_channels(const Sensor& sensor, const std::vector<int>& list) {
   constexpr std::size_t most = 4;
   const std::vector<Channel> channels = channels_of(sensor);
-  std::string out = list.size() == 1 ? "channel " : "channels ";
-  for (std::size_t i = 0; i < std::min(most, list.size()); ++i) {
-    const Channel& channel = channels[static_cast<std::size_t>(list[i])];
-    out += (i > 0 ? ", " : "") + std::to_string(list[i]) + " (drive " +
-           std::to_string(channel.drive) + ", measurement " + std::to_string(channel.measurement) +
-           ")";
-  }
+  const auto text = [&](int c) {
+    const Channel& channel = channels[static_cast<std::size_t>(c)];
+    return std::to_string(c) + " (drive " + std::to_string(channel.drive) + ", measurement " +
+           std::to_string(channel.measurement) + ")";
+  };
+  const std::string out = (list.size() == 1 ? "channel " : "channels ") +
+                          joined(std::span(list).first(std::min(most, list.size())), ", ", text);
   return list.size() > most ? out + " and " + std::to_string(list.size() - most) + " more" : out;
 }
 

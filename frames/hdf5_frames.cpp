@@ -3,6 +3,7 @@
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
+#include "core/lists.h"
 #include "forward/data/dataset_file.h"
 #include "frames/frame_source.h"
 
@@ -17,13 +18,9 @@ constexpr std::uint64_t most_turned = std::uint64_t{1} << 28U;
 constexpr const char* default_name = "/voltages";
 constexpr const char* reference_name = "reference_voltages";
 
-std::string list_of(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    if (name.starts_with('#')) continue;  // MATLAB's own
-    text += (text.empty() ? "" : ", ") + name;
-  }
-  return text.empty() ? "nothing" : text;
+std::string list_of(std::vector<std::string> names) {
+  std::erase_if(names, [](const std::string& name) { return name.starts_with('#'); });  // MATLAB's
+  return names.empty() ? "nothing" : joined(names);
 }
 
 /// An array of the file with its dimensions in the order of the program that wrote it.

@@ -375,8 +375,7 @@ std::string ReferenceVerdict::text() const {
   }
   for (const std::string& note : notes) out += "\n  note: " + note;
   if (state != State::beyond_help && !unseen.empty()) {
-    out += "\n  cannot be seen in them, press a known place to tell: ";
-    for (std::size_t i = 0; i < unseen.size(); ++i) out += (i > 0 ? "; " : "") + unseen[i];
+    out += "\n  cannot be seen in them, press a known place to tell: " + joined(unseen, "; ");
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "bench/plot/image_panel.h"
 #include "bench/score/image_contacts.h"
@@ -15,6 +16,7 @@
 #include "core/files.h"
 #include "core/hdf5_file.h"
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 #include "forward/data/dataset_file.h"
@@ -129,12 +131,9 @@ class ImageLikeness {
       out.push_back("the images are " + number_text(usual) +
                     " times as strong as the truths, in the median: must be S/m");
     } else if (!far_.empty()) {
-      std::string list;
-      for (std::size_t i = 0; i < std::min<std::size_t>(far_.size(), 8); ++i) {
-        list += (i > 0 ? ", " : " ") + std::to_string(far_[i]);
-      }
+      const auto listed = std::span(far_).first(std::min<std::size_t>(far_.size(), 8));
       out.push_back(std::to_string(far_.size()) + " images are more than " + number_text(far) +
-                    " times as strong as their truths: frames" + list);
+                    " times as strong as their truths: frames " + joined(listed));
     }
     if (std::abs(median(levels_)) > 0.5) {
       out.push_back("most pixels of the images are " + number_text(median(levels_)) +
