@@ -11,12 +11,6 @@
 
 namespace ertbench {
 
-double channel_noise(const DatasetSpec& spec, const SceneModel& model,
-                     const Eigen::Ref<const Eigen::VectorXd>& frame) {
-  return noise_norm(spec.noise, model.reference_voltages(), frame) /
-         std::sqrt(static_cast<double>(frame.size()));
-}
-
 Eigen::Matrix3d touch_bound(const DatasetSpec& spec, const SceneModel& model, const Touch& touch) {
   DatasetSpec faultless = spec;
   faultless.faults = {};
@@ -41,7 +35,9 @@ Eigen::Matrix3d touch_bound(const DatasetSpec& spec, const SceneModel& model, co
         (voltages.row(1 + 2 * parameter) - voltages.row(2 + 2 * parameter)).transpose() /
         (2 * steps[static_cast<std::size_t>(parameter)]);
   }
-  const double noise = channel_noise(spec, model, voltages.row(0).transpose());
+  const double noise =  // of one channel, V
+      noise_norm(spec.noise, model.reference_voltages(), voltages.row(0).transpose()) /
+      std::sqrt(static_cast<double>(voltages.cols()));
   return (jacobian.transpose() * jacobian).inverse() * noise * noise;
 }
 

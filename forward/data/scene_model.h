@@ -23,10 +23,6 @@ class SceneModel;
 /// sheet are ignored.
 Eigen::Matrix3d touch_bound(const DatasetSpec& spec, const SceneModel& model, const Touch& touch);
 
-/// Noise of one channel, V, on a frame with these clean voltages [channels] V.
-double channel_noise(const DatasetSpec& spec, const SceneModel& model,
-                     const Eigen::Ref<const Eigen::VectorXd>& frame);
-
 /// Model of a dataset's clean voltages: finite elements on a grid (ForwardModel) or, with "grid":
 /// "auto", the border integral equation of the continuous sheet (BorderModel) with as many points
 /// as each scene needs.

@@ -74,9 +74,6 @@ struct Foam {
   double prompt_share = 0.8;  ///< assumed
   double relaxation_s = 0.3;  ///< assumed; 0 for a foam without relaxation
 
-  /// Pressure for an indentation, kPa/mm.
-  double stiffness() const { return 1000 * modulus_MPa / thickness_mm; }
-
   bool operator==(const Foam&) const = default;
 };
 

@@ -107,7 +107,6 @@ class Patches {
         half_(skin.patch_mm / 2),
         low_(-side_mm / 2) {}
 
-  int count() const { return count_; }
   double width() const { return 2 * half_ / pitch_; }
 
   Eigen::AlignedBox2d box(int column, int row) const {
