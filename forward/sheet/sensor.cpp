@@ -44,6 +44,14 @@ bool share_electrode(const ElectrodePair& a, const ElectrodePair& b) {
   return a.first == b.first || a.first == b.second || a.second == b.first || a.second == b.second;
 }
 
+/// The place of a pair in a list with this index, at whose end it is put where it is new.
+int place_of(const ElectrodePair& pair, std::map<ElectrodePair, int>& index,
+             std::vector<ElectrodePair>& list) {
+  const auto [found, is_new] = index.try_emplace(pair, static_cast<int>(list.size()));
+  if (is_new) list.push_back(pair);
+  return found->second;
+}
+
 /// What is wrong with a channel of a list; empty if nothing is.
 std::string fault_of(const Sensor& sensor, const ChannelElectrodes& channel) {
   const auto& [drive, measurement] = channel;
@@ -181,14 +189,9 @@ std::vector<ElectrodePair> measurement_pairs(const Sensor& sensor) {
 
 SensorPairs::SensorPairs(const Sensor& sensor) {
   std::map<ElectrodePair, int> index;
-  const auto place_of = [&](const ElectrodePair& pair) {
-    const auto [found, is_new] = index.try_emplace(pair, static_cast<int>(pairs.size()));
-    if (is_new) pairs.push_back(pair);
-    return found->second;
-  };
-  for (const ElectrodePair& drive : drive_pairs(sensor)) place_of(drive);
-  for (const ChannelElectrodes& channel : electrodes_of_channels(sensor)) {
-    channels.push_back({place_of(channel.measurement), place_of(channel.drive)});
+  for (const ElectrodePair& drive : drive_pairs(sensor)) place_of(drive, index, pairs);
+  for (const auto& [drive, measurement] : electrodes_of_channels(sensor)) {
+    channels.push_back({place_of(measurement, index, pairs), place_of(drive, index, pairs)});
   }
   for (const Channel& channel : channels_of(sensor)) {
     currents.push_back(sensor.current_of(channel.drive));
@@ -240,12 +243,6 @@ Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channe
   sensor.listed_channels.clear();
   sensor.drive_currents.clear();
   std::map<ElectrodePair, int> drives, measurements;
-  const auto place = [](std::map<ElectrodePair, int>& index, PairPattern& pattern,
-                        const ElectrodePair& pair) {
-    const auto [found, is_new] = index.try_emplace(pair, static_cast<int>(index.size()));
-    if (is_new) pattern.listed.push_back(pair);
-    return found->second;
-  };
   std::map<ChannelElectrodes, std::size_t> seen;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto [same, is_new] = seen.try_emplace(channels[c], c);
@@ -253,8 +250,8 @@ Sensor with_channels(Sensor sensor, const std::vector<ChannelElectrodes>& channe
                                      : "is the same as channel " + std::to_string(same->second);
     if (!fault.empty()) throw InputError("channel " + std::to_string(c) + " " + fault);
     sensor.listed_channels.push_back(
-        {place(drives, sensor.drive, channels[c].drive),
-         place(measurements, sensor.measurement, channels[c].measurement)});
+        {place_of(channels[c].drive, drives, sensor.drive.listed),
+         place_of(channels[c].measurement, measurements, sensor.measurement.listed)});
   }
   if (!differ) return sensor;
   std::vector<double> kept;
