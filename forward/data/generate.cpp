@@ -129,47 +129,44 @@ void create_part(const DatasetSpec& spec, const FrameSource& source, const fs::p
     file.write_text(dataset, "units", unit);
     file.write_text(dataset, "description", meaning);
   };
-  file.create_dataset(layout::voltages, {spec.count, channels});
-  describe(layout::voltages, "V",
-           "measured frames, with noise; where each had a reference of its own, moved to "
-           "/reference_voltages, the mean of these");
-  file.create_dataset(layout::clean_voltages, {spec.count, channels});
-  describe(layout::clean_voltages, "V", "the same frames without noise");
-  file.create_dataset(layout::conductivity, {spec.count, rows, columns});
-  describe(layout::conductivity, "S/m",
-           spec.sensor.sheet->name() == "square"
-               ? "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1"
-               : "true images [scene, row, column]: row 0 at the least y, column 0 at the least x");
-  file.create_dataset(layout::contacts,
-                      {spec.count, layout::contact_width(spec), layout::contact_columns});
-  describe(layout::contacts, "domain units (sheet " + spec.sensor.sheet->extent() + "), rad, 1",
-           "columns: kind (0 disc, 1 ellipse, 2 rectangle, 3 polygon), centre x, centre y, size a, "
-           "size b, angle, conductivity ratio; NaN rows are absent");
+  const auto add = [&](const std::string& dataset, const std::vector<std::uint64_t>& shape,
+                       const std::string& unit, const char* meaning) {
+    file.create_dataset(dataset, shape);
+    describe(dataset, unit, meaning);
+  };
+  add(layout::voltages, {spec.count, channels}, "V",
+      "measured frames, with noise; where each had a reference of its own, moved to "
+      "/reference_voltages, the mean of these");
+  add(layout::clean_voltages, {spec.count, channels}, "V", "the same frames without noise");
+  add(layout::conductivity, {spec.count, rows, columns}, "S/m",
+      spec.sensor.sheet->name() == "square"
+          ? "true images [scene, row, column]: row 0 at y = -1, column 0 at x = -1"
+          : "true images [scene, row, column]: row 0 at the least y, column 0 at the least x");
+  add(layout::contacts, {spec.count, layout::contact_width(spec), layout::contact_columns},
+      "domain units (sheet " + spec.sensor.sheet->extent() + "), rad, 1",
+      "columns: kind (0 disc, 1 ellipse, 2 rectangle, 3 polygon), centre x, centre y, size a, "
+      "size b, angle, conductivity ratio; NaN rows are absent");
   if (spec.most_vertices() > 0) {
-    file.create_dataset(layout::contact_vertices,
-                        {spec.count, layout::contact_width(spec), spec.most_vertices(), 2});
-    describe(layout::contact_vertices, "domain units",
-             "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
+    add(layout::contact_vertices,
+        {spec.count, layout::contact_width(spec), spec.most_vertices(), 2}, "domain units",
+        "[scene, contact, vertex, (x, y)] of polygons; NaN where absent");
   }
   if (spec.has_touches()) {
-    file.create_dataset(layout::forces, {spec.count, layout::contact_width(spec)});
-    describe(layout::forces, "N", "force of each contact; NaN where absent");
+    add(layout::forces, {spec.count, layout::contact_width(spec)}, "N",
+        "force of each contact; NaN where absent");
   }
   if (const SequenceSet* set = spec.sequences()) {
-    file.create_dataset(layout::time, {spec.count});
-    describe(layout::time, "s",
-             "middle of the frame, for which the truth is given, since the beginning of its "
-             "sequence");
-    file.create_dataset(layout::sequence, {spec.count});
-    describe(layout::sequence, "1", "number of the frame's sequence, from 0");
+    add(layout::time, {spec.count}, "s",
+        "middle of the frame, for which the truth is given, since the beginning of its "
+        "sequence");
+    add(layout::sequence, {spec.count}, "1", "number of the frame's sequence, from 0");
     file.write_number("/", "frame_rate_hz", set->timing().frame_rate);
     file.write_number("/", "drive_time_s", set->timing().drive_time_s);
   }
   if (layout::effort_columns_of(spec) > 0) {
-    file.create_dataset(layout::model_effort, {spec.count, layout::effort_columns});
-    describe(layout::model_effort, "1, V",
-             "points of the scene's border integral equation; estimated 2-norm of the error of its "
-             "clean voltages");
+    add(layout::model_effort, {spec.count, layout::effort_columns}, "1, V",
+        "points of the scene's border integral equation; estimated 2-norm of the error of its "
+        "clean voltages");
   }
   file.write_vector(layout::reference_voltages, source.reference());
   describe(layout::reference_voltages, "V",
