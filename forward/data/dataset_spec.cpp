@@ -50,10 +50,13 @@ SheetModel sheet_model_from_json(JsonObject& object, const Sensor& sensor) {
   return GridSheet{side};
 }
 
+std::uint64_t read_count(JsonObject& object) {
+  return static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+}
+
 /// Reads "count" of scenes of which it is known: it may be left out.
 void require_count(JsonObject& object, std::uint64_t count, const char* what) {
-  if (!object.has("count")) return;
-  if (static_cast<std::uint64_t>(object.integer("count", 1, 1000000000)) != count) {
+  if (object.has("count") && read_count(object) != count) {
     object.fail("count", "must be left out or equal the number of " + std::string(what) + ", " +
                              std::to_string(count));
   }
@@ -74,17 +77,13 @@ void read_drawn_scenes(JsonObject& object, DatasetSpec& spec) {
     if (touches.places) {
       spec.count = static_cast<std::uint64_t>(touches.places->count()) *
                    static_cast<std::uint64_t>(touches.draws);
-      if (object.has("count")) {
-        spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
-      }
-    } else {
-      spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
     }
+    if (!touches.places || object.has("count")) spec.count = read_count(object);
     spec.scenes = std::move(touches);
     return;
   }
   spec.scenes = scene_distribution_from_json(scenes, *spec.sensor.sheet);
-  spec.count = static_cast<std::uint64_t>(object.integer("count", 1, 1000000000));
+  spec.count = read_count(object);
 }
 
 /// Reads "snr_db", "snr_basis" and "noise_spread".
@@ -238,37 +237,28 @@ DatasetSpec dataset_spec_from_json(JsonObject object, const Sensor& sensor, cons
 }
 
 nlohmann::json to_json(const DatasetSpec& spec) {
-  if (const MeasuredFrames* measured = spec.measured()) {
-    nlohmann::json json = {{"format_version", DatasetSpec::format_version},
-                           {"sensor", to_json(spec.sensor)},
-                           {"name", spec.name},
-                           {"seed", spec.seed},
-                           {"count", spec.count}};
-    if (spec.noise.snr_db) {
-      json["snr_db"] = *spec.noise.snr_db;
-      json["snr_basis"] = name_of(spec.noise.basis);
-    }
-    if (!spec.draws.empty()) json["draws_of"] = spec.draws;
-    add_to(json, *measured);
-    return json;
-  }
   nlohmann::json json = {{"format_version", DatasetSpec::format_version},
                          {"sensor", to_json(spec.sensor)},
                          {"name", spec.name},
                          {"seed", spec.seed},
-                         {"count", spec.count},
-                         {"grid", "auto"},
-                         {"rasterisation", name_of(spec.rasterisation)},
-                         {"snr_db", nullptr},
-                         {"snr_basis", name_of(spec.noise.basis)}};
+                         {"count", spec.count}};
+  if (!spec.draws.empty()) json["draws_of"] = spec.draws;
+  const MeasuredFrames* const measured = spec.measured();
+  if (spec.noise.snr_db || !measured) json["snr_basis"] = name_of(spec.noise.basis);
   if (spec.noise.snr_db) json["snr_db"] = *spec.noise.snr_db;
+  if (measured) {
+    add_to(json, *measured);
+    return json;
+  }
+  if (!spec.noise.snr_db) json["snr_db"] = nullptr;
   if (spec.noise.spread > 0) json["noise_spread"] = spec.noise.spread;
+  json["rasterisation"] = name_of(spec.rasterisation);
   if (const auto* grid = std::get_if<GridSheet>(&spec.model)) {
     json["grid"] = grid->side;
   } else {
+    json["grid"] = "auto";
     json["model_error"] = std::get<ContinuousSheet>(spec.model).model_error;
   }
-  if (!spec.draws.empty()) json["draws_of"] = spec.draws;
   if (spec.faults.any()) json["faults"] = to_json(spec.faults);
   json["scenes"] = std::visit(Overloaded{[](const std::vector<Scene>& list) {
                                            nlohmann::json scenes;
