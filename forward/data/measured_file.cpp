@@ -27,14 +27,7 @@ constexpr std::uint64_t most_contacts = 64;
   throw InputError(file.path().string() + ": " + object + ": " + message);
 }
 
-std::string text_of(const std::vector<std::uint64_t>& shape) {
-  std::string out = "[";
-  for (const std::uint64_t extent : shape) {
-    if (out.size() > 1) out += ", ";
-    out += std::to_string(extent);
-  }
-  return out + "]";
-}
+std::string text_of(const std::vector<std::uint64_t>& shape) { return "[" + joined(shape) + "]"; }
 
 constexpr double most_apart = 0.25;  ///< of references of frames, relative
 

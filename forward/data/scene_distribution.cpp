@@ -277,20 +277,16 @@ SceneDistribution scene_distribution_from_json(JsonObject object, const Sheet& s
 nlohmann::json to_json(const SceneDistribution& d) {
   nlohmann::json shapes = nlohmann::json::array();
   for (const DrawnShape shape : d.shapes) shapes.push_back(name_of(shape));
-  nlohmann::json json = {
-      {"contacts", {d.contacts.first, d.contacts.second}},
-      {"shapes", shapes},
-      {"radius", {d.radius.first, d.radius.second}},
-      {"aspect", {d.aspect.first, d.aspect.second}},
-      {"corners", {d.corners.first, d.corners.second}},
-      {"conductivity_ratio", {d.conductivity_ratio.first, d.conductivity_ratio.second}},
-      {"blank_fraction", d.blank_fraction},
-      {"placement", d.inside ? "inside" : "centre-inside"}};
-  const auto both = [](const auto& interval) {
-    return nlohmann::json{interval.first, interval.second};
-  };
-  if (d.centre) json["centre"] = {{"x", both(d.centre->first)}, {"y", both(d.centre->second)}};
-  if (d.gap) json["gap"] = both(*d.gap);
+  nlohmann::json json = {{"contacts", d.contacts},
+                         {"shapes", shapes},
+                         {"radius", d.radius},
+                         {"aspect", d.aspect},
+                         {"corners", d.corners},
+                         {"conductivity_ratio", d.conductivity_ratio},
+                         {"blank_fraction", d.blank_fraction},
+                         {"placement", d.inside ? "inside" : "centre-inside"}};
+  if (d.centre) json["centre"] = {{"x", d.centre->first}, {"y", d.centre->second}};
+  if (d.gap) json["gap"] = *d.gap;
   return json;
 }
 
