@@ -36,8 +36,6 @@ Eigen::Array<double, ContactMotion::log_ratio, 1> motion(const Complex& from_cen
           along(i * std::conj(from_centroid))};
 }
 
-using Complex = std::complex<double>;
-
 /// Number of bisections next to an electrode; the last box contributes 1e-4 of the pixel's
 /// integral.
 constexpr int halvings_at_electrodes = 12;

@@ -29,8 +29,6 @@ std::vector<BorderPiece> border_of(const Contact& contact) {
   return {BorderPiece::ellipse(c, u, v)};
 }
 
-using Complex = std::complex<double>;
-
 constexpr double wanted_order = 3;
 
 double contrast(double first, double second) { return (first - second) / (first + second); }
