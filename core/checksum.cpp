@@ -10,24 +10,17 @@
 
 namespace ertbench {
 
-struct Checksum::State {
-  XXH3_state_t* hash = XXH3_createState();
-  State() { XXH3_128bits_reset(hash); }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() { XXH3_freeState(hash); }
-};
-
-Checksum::Checksum() : state_(std::make_unique<State>()) {}
-
-Checksum::~Checksum() = default;
+Checksum::Checksum()
+    : state_(XXH3_createState(), [](XXH3_state_s* state) { XXH3_freeState(state); }) {
+  XXH3_128bits_reset(state_.get());
+}
 
 void Checksum::add(std::string_view bytes) {
-  XXH3_128bits_update(state_->hash, bytes.data(), bytes.size());
+  XXH3_128bits_update(state_.get(), bytes.data(), bytes.size());
 }
 
 std::string Checksum::text() const {
-  const XXH128_hash_t hash = XXH3_128bits_digest(state_->hash);
+  const XXH128_hash_t hash = XXH3_128bits_digest(state_.get());
   char digits[33];
   std::snprintf(digits, sizeof digits, "%016llx%016llx",
                 static_cast<unsigned long long>(hash.high64),

@@ -263,9 +263,7 @@ PairedBootstrap::PairedBootstrap(std::span<const Eigen::MatrixXd> samples, std::
 Interval PairedBootstrap::interval(std::size_t a, std::size_t b) const {
   const Eigen::VectorXd differences =
       resampled_.col(static_cast<Eigen::Index>(a)) - resampled_.col(static_cast<Eigen::Index>(b));
-  const SortedValues sorted =
-      std::vector<double>(differences.data(), differences.data() + differences.size());
-  return {interpolated_quantile(sorted, 0.025), interpolated_quantile(sorted, 0.975)};
+  return interval_of(std::vector<double>(differences.begin(), differences.end()));
 }
 
 }  // namespace ertbench
