@@ -75,6 +75,7 @@ struct PosteriorSamples {
   /// True if all samples descend from one island, because its scenes were much better than the
   /// others'. `island` then counts copies, which are not independent.
   bool one_origin = false;
+  double pareto_k = 0;       ///< see WeightedPoints; importance sampling only
   std::uint64_t solves = 0;  ///< number of scenes solved
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -75,11 +74,7 @@ class Records {
   }
 
  private:
-  fs::path file_of(std::uint64_t frame) const {
-    char name[32];
-    std::snprintf(name, sizeof name, "%06llu.json", static_cast<unsigned long long>(frame));
-    return folder_ / name;
-  }
+  fs::path file_of(std::uint64_t frame) const { return folder_ / fmt::format("{:06}.json", frame); }
 
   fs::path folder_;
   std::string key_;
@@ -206,7 +201,7 @@ class SetRun {
   /// broad prior's samples, these are drawn again for it.
   void compute(std::size_t frame) {
     const int channels = spec_.sensor.channels();
-    SampledPosterior posterior;
+    PosteriorSamples posterior;
     std::optional<FrameLimit> broad;
     for (std::size_t t = tasks_.size(); t-- > 0;) {
       Task& task = tasks_[t];
@@ -223,7 +218,7 @@ class SetRun {
       if (!limit) {
         posterior = {};
         limit = sampled(frame, t, posterior);
-        limit->solves = posterior.samples.solves;
+        limit->solves = posterior.solves;
       }
       limit->seconds = seconds_since(start);
       broad = limit;
@@ -262,28 +257,27 @@ class SetRun {
     tasks_.front().frames[frame] = limit;
   }
 
-  FrameLimit sampled(std::size_t frame, std::size_t task, SampledPosterior& posterior) const {
+  FrameLimit sampled(std::size_t frame, std::size_t task, PosteriorSamples& posterior) const {
     FrameLimit limit;
     for (const int effort : efforts) {
       RandomStream random(key_of("limit " + tasks_[task].name), key_of(spec_.name),
                           frame * 16 + static_cast<std::uint64_t>(effort), Purpose::scene);
       const auto row = static_cast<Eigen::Index>(frame);
-      const SampledPosterior before = std::exchange(posterior, {});
-      posterior =
-          samplers_[task]->sample(block_.voltages.row(row).transpose(), effort,
-                                  before.samples.samples.empty() ? nullptr : &before, random);
+      const PosteriorSamples before = std::exchange(posterior, {});
+      posterior = samplers_[task]->sample(block_.voltages.row(row).transpose(), effort,
+                                          before.samples.empty() ? nullptr : &before, random);
       limit = judged(frame, task, posterior);
       if (!deserves_more(spec_.sensor.channels(), limit)) break;
     }
     return limit;
   }
 
-  FrameLimit judged(std::size_t frame, std::size_t task, const SampledPosterior& posterior) const {
+  FrameLimit judged(std::size_t frame, std::size_t task, const PosteriorSamples& posterior) const {
     RandomStream ties(key_of("limit ties"), key_of(spec_.name), frame, Purpose::scene);
     const FrameTruth truth{block_.truths[frame],
                            block_.conductivity.row(static_cast<Eigen::Index>(frame))};
     FrameLimit limit =
-        limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior.samples, ties.uniform());
+        limit_of_frame(spec_.sensor, spec_.rasterisation, truth, posterior, ties.uniform());
     limit.frame = frame;
     limit.sampler = samplers_[task]->name();
     limit.pareto_k = posterior.pareto_k;
@@ -316,11 +310,10 @@ void add_limits(const json& set, SamplerKind kind, Probe& probe) {
   std::vector<double> values;
   for (Eigen::Index i = 0; i < block.voltages.rows(); ++i) {
     RandomStream random(key_of("limit probe"), 1, static_cast<std::uint64_t>(i), Purpose::scene);
-    const SampledPosterior found =
+    const PosteriorSamples found =
         sampler.sample(block.voltages.row(i).transpose(), 1, nullptr, random);
     const FrameTruth truth{block.truths[static_cast<std::size_t>(i)], block.conductivity.row(i)};
-    const FrameLimit limit =
-        limit_of_frame(spec.sensor, spec.rasterisation, truth, found.samples, 0.5);
+    const FrameLimit limit = limit_of_frame(spec.sensor, spec.rasterisation, truth, found, 0.5);
     for (const auto& [name, value] : limit.metrics) {
       values.insert(values.end(), {value.error.value_or(0), value.expected.value_or(0)});
     }

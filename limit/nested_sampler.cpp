@@ -167,7 +167,7 @@ std::vector<EvidenceCheck> check_evidences(const DatasetSpec& spec, int frames, 
     EvidenceCheck& check = out[i];
     const Eigen::VectorXd frame = block.voltages.row(static_cast<Eigen::Index>(i)).transpose();
     RandomStream random(key_of("nested sampling"), key_of(spec.name), i, Purpose::scene);
-    const PosteriorSamples found = annealing.sample_uncorrected(frame, random).samples;
+    const PosteriorSamples found = annealing.sample_uncorrected(frame, random);
     check.annealed = mean_of(found.log_evidence);
     check.annealed_numbers = numbers_of(found, numbers);
     const FrameLikelihood likelihood(*voltages, spec.noise, frame);

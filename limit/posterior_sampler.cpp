@@ -64,7 +64,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
                                            const FrameLikelihood& likelihood,
                                            std::span<const SceneDraw> bank,
                                            std::span<const SceneFit> bank_fits, int points,
-                                           RandomStream& random, WeightedPoints* quality) {
+                                           RandomStream& random) {
   const SceneDistribution& d = prior.distribution();
   const bool sizes = prior.size_is_free();
   const bool ratios = prior.ratio_is_free();
@@ -151,7 +151,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
     const double weight = found.weights[static_cast<Index>(i)];
     if (weight > 0) out.samples.push_back({draw_of(found.points[i]), fits[i], weight, 0});
   }
-  if (quality) *quality = found;
+  out.pareto_k = found.pareto_k;
   return out;
 }
 
@@ -269,25 +269,22 @@ std::string PosteriorSampler::name() const {
   return names_of_samplers()[static_cast<std::size_t>(kind_)];
 }
 
-SampledPosterior PosteriorSampler::sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
+PosteriorSamples PosteriorSampler::sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
                                            RandomStream& random) const {
   const FrameLikelihood likelihood(voltages_, spec_.noise, frame);
-  if (kind_ == SamplerKind::enumeration) return {enumerated_->posterior(likelihood)};
+  if (kind_ == SamplerKind::enumeration) return enumerated_->posterior(likelihood);
   const std::vector<SceneFit> fits = likelihood.of_voltages(bank_.voltages);
   if (kind_ == SamplerKind::importance) {
-    WeightedPoints quality;
-    PosteriorSamples out = sample_disc_by_importance(
-        prior_, likelihood, bank_.scenes, fits, pilot ? pilot_points : effort * importance_points,
-        random, &quality);
-    return {std::move(out), quality.pareto_k};
+    return sample_disc_by_importance(prior_, likelihood, bank_.scenes, fits,
+                                     pilot ? pilot_points : effort * importance_points, random);
   }
   AnnealingOptions options;
   options.rounds *= effort;
   options.final_rounds *= effort;
   if (pilot)
     options = {.islands = 1, .particles = 24, .rounds = 6, .final_rounds = 6, .snapshots = 1};
-  return {sample_by_annealing(prior_, likelihood, *metric_, ellipses_.get(), bank_.scenes, fits,
-                              options, random)};
+  return sample_by_annealing(prior_, likelihood, *metric_, ellipses_.get(), bank_.scenes, fits,
+                             options, random);
 }
 
 Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
@@ -314,26 +311,26 @@ Eigen::VectorXd PosteriorSampler::corrected(const Eigen::VectorXd& frame,
   return frame - (exact - quick).colwise().mean().transpose();
 }
 
-SampledPosterior PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
-                                          const SampledPosterior* before,
+PosteriorSamples PosteriorSampler::sample(const Eigen::VectorXd& frame, int effort,
+                                          const PosteriorSamples* before,
                                           RandomStream& random) const {
   if (!own_) return sampled(frame, effort, false, random);
   const Eigen::VectorXd explained =
-      corrected(frame, before ? before->samples : sampled(frame, 1, true, random).samples, random);
+      corrected(frame, before ? *before : sampled(frame, 1, true, random), random);
   return sampled(explained, effort, false, random);
 }
 
-bool reweight(const ScenePrior& from, const ScenePrior& to, SampledPosterior& posterior) {
+bool reweight(const ScenePrior& from, const ScenePrior& to, PosteriorSamples& posterior) {
   if (!from.is_comparable(to) || !has_all_of(from, to)) return false;
   std::vector<PosteriorSample> weighted;
-  for (PosteriorSample sample : posterior.samples.samples) {
+  for (PosteriorSample sample : posterior.samples) {
     const double log = to.log_density(sample.scene) - from.log_density(sample.scene);
     if (!std::isfinite(log)) continue;
     sample.weight *= std::exp(log);
     weighted.push_back(std::move(sample));
   }
-  if (kish(weighted) < least_left * kish(posterior.samples.samples)) return false;
-  posterior.samples.samples = std::move(weighted);
+  if (kish(weighted) < least_left * kish(posterior.samples)) return false;
+  posterior.samples = std::move(weighted);
   return true;
 }
 

@@ -49,7 +49,7 @@ PosteriorSamples sample_disc_by_importance(const ScenePrior& prior,
                                            const FrameLikelihood& likelihood,
                                            std::span<const SceneDraw> bank,
                                            std::span<const SceneFit> bank_fits, int points,
-                                           RandomStream& random, WeightedPoints* quality);
+                                           RandomStream& random);
 
 /// True if every scene of the prior is a single disc.
 bool is_one_disc(const ScenePrior& prior);
@@ -84,11 +84,6 @@ const std::vector<std::string>& names_of_samplers();  ///< in the order of the e
 /// The sampler that `automatic` stands for with these scenes; any other kind unchanged.
 SamplerKind resolved(SamplerKind kind, const ScenePrior& prior, const SceneVoltages& voltages);
 
-struct SampledPosterior {
-  PosteriorSamples samples;
-  double pareto_k = 0;  ///< importance sampling only
-};
-
 /// Samples posteriors of the frames of one set under one prior. The constructor prepares what all
 /// frames share: scenes of the prior with their voltages, or all possible images.
 ///
@@ -104,16 +99,16 @@ class PosteriorSampler {
   /// `frame` [channels] V. `effort`: factor on the work, from 1. `before`: the result of an earlier
   /// call for the frame, or null. If the set's own model differs from the likelihood's, the
   /// difference is computed at the scenes of `before` or of a short first run.
-  SampledPosterior sample(const Eigen::VectorXd& frame, int effort, const SampledPosterior* before,
+  PosteriorSamples sample(const Eigen::VectorXd& frame, int effort, const PosteriorSamples* before,
                           RandomStream& random) const;
   /// The same without that correction.
-  SampledPosterior sample_uncorrected(const Eigen::VectorXd& frame, RandomStream& random) const {
+  PosteriorSamples sample_uncorrected(const Eigen::VectorXd& frame, RandomStream& random) const {
     return sampled(frame, 1, false, random);
   }
   const PlaceMetric& metric() const { return *metric_; }  ///< of annealing
 
  private:
-  SampledPosterior sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
+  PosteriorSamples sampled(const Eigen::VectorXd& frame, int effort, bool pilot,
                            RandomStream& random) const;
   /// The frame minus the mean difference of the set's own model and the likelihood's over some of
   /// the scenes of `found`, [channels] V.
@@ -133,6 +128,6 @@ class PosteriorSampler {
 
 /// Reweights samples under `from` to samples under `to` and returns true. Returns false and leaves
 /// them unchanged if `from` does not cover `to` or too few effective samples would be left.
-bool reweight(const ScenePrior& from, const ScenePrior& to, SampledPosterior& posterior);
+bool reweight(const ScenePrior& from, const ScenePrior& to, PosteriorSamples& posterior);
 
 }  // namespace ertbench
