@@ -61,7 +61,7 @@ std::string one_line(std::string_view text, std::size_t length);
 /// underscores; words longer than a line are broken anywhere.
 std::vector<std::string> wrapped(std::string_view text, std::size_t width);
 
-/// `text` with `to` in the place of each `from`.
+/// `text` with `to` in the place of each `from`, which is not empty.
 std::string replaced(std::string text, std::string_view from, std::string_view to);
 
 /// `text` as one word of a shell.
@@ -71,9 +71,6 @@ inline std::string shell_quoted(const std::string& text) {
 
 /// Parts of `text` between the separators; the whole text if it has none.
 std::vector<std::string> split(std::string_view text, std::string_view separator);
-
-/// `text` with `to` in the place of each `from`, which is not empty.
-std::string replaced(std::string text, std::string_view from, std::string_view to);
 
 /// The whole number that `text` is; nothing where it is anything else.
 template <typename Number>
