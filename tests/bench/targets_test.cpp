@@ -280,7 +280,7 @@ class TargetsReport : public FigureTest {
 };
 
 TEST_F(TargetsReport, SummaryHasAllNumbers) {
-  const json summary = study().summary();
+  const json summary = study().numbers;
   EXPECT_EQ(summary["conditions"], "rising law, 50 dB absolute");
   EXPECT_EQ(summary["match_mm"], 20);
   const json& all = summary["solvers"]["all"];
