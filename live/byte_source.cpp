@@ -147,6 +147,19 @@ class UdpSource final : public LiveSource {
   std::atomic<std::uint64_t> lost_ = 0;
 };
 
+using Address = std::unique_ptr<addrinfo, void (*)(addrinfo*)>;
+
+/// Of datagrams; `flags` as for getaddrinfo. Throws InputError that begins with `place`.
+Address address_of(const std::string& host, int port, int flags, const std::string& place) {
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_DGRAM;
+  hints.ai_flags = flags | AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  const int error = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
+  if (error != 0) throw InputError(place + ::gai_strerror(error));
+  return {found, ::freeaddrinfo};
+}
+
 }  // namespace
 
 std::unique_ptr<LiveSource> open_standard_input(FrameColumns channels, FrameFormat format) {
@@ -239,16 +252,7 @@ std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns chann
                                      FrameFormat format) {
   const std::string name =
       "--input udp://" + printable(place.name) + ":" + std::to_string(place.port);
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_DGRAM;
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (const int error =
-          ::getaddrinfo(place.name.c_str(), std::to_string(place.port).c_str(), &hints, &found);
-      error != 0) {
-    throw InputError(name + ": " + ::gai_strerror(error));
-  }
-  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> address(found, ::freeaddrinfo);
+  const Address found = address_of(place.name, place.port, AI_PASSIVE, name + ": ");
   const int descriptor = ::socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (descriptor < 0) throw InputError(name + ": " + std::strerror(errno));
   auto source = std::make_unique<UdpSource>(descriptor, channels, format);
@@ -260,6 +264,30 @@ std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns chann
                      "; name an address of this machine and a port that is free");
   }
   return source;
+}
+
+DatagramSender::DatagramSender(const std::string& address) {
+  constexpr std::string_view scheme = "udp://";
+  if (!address.starts_with(scheme)) {
+    throw InputError("--send: must be udp://HOST:PORT, got \"" + printable(address) + "\"");
+  }
+  const auto [host, port] = host_and_port(address.substr(scheme.size()), "--send");
+  const std::string name = "--send " + printable(address) + ": ";
+  const Address found = address_of(host, port, 0, name);
+  descriptor_ = ::socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (descriptor_ < 0 || ::connect(descriptor_, found->ai_addr, found->ai_addrlen) != 0) {
+    const int error = errno;
+    if (descriptor_ >= 0) ::close(descriptor_);
+    throw InputError(name + std::strerror(error));
+  }
+}
+
+DatagramSender::~DatagramSender() { ::close(descriptor_); }
+
+void DatagramSender::send(const std::string& bytes) const {
+  // A refusal by the last one's receiver is told by the next call, and is no fault of this one.
+  [[maybe_unused]] const ssize_t sent =
+      ::send(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
 }  // namespace ertbench

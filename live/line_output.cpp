@@ -1,9 +1,7 @@
 #include "live/line_output.h"
 
-#include <netdb.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,16 +10,11 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstring>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "core/errors.h"
 #include "core/json.h"
 #include "core/statistics.h"
-#include "core/text.h"
-#include "live/live_source.h"
 
 namespace ertbench {
 namespace {
@@ -221,38 +214,6 @@ std::string binary_record(const LiveAnswer& answer, const Sensor& sensor, std::u
     }
   }
   return out;
-}
-
-DatagramSender::DatagramSender(const std::string& address) {
-  constexpr std::string_view scheme = "udp://";
-  if (!address.starts_with(scheme)) {
-    throw InputError("--send: must be udp://HOST:PORT, got \"" + printable(address) + "\"");
-  }
-  const auto [host, port] = host_and_port(address.substr(scheme.size()), "--send");
-  const std::string name = "--send " + printable(address) + ": ";
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_DGRAM;
-  hints.ai_flags = AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
-      error != 0) {
-    throw InputError(name + ::gai_strerror(error));
-  }
-  const std::unique_ptr<addrinfo, void (*)(addrinfo*)> owner(found, ::freeaddrinfo);
-  descriptor_ = ::socket(found->ai_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (descriptor_ < 0 || ::connect(descriptor_, found->ai_addr, found->ai_addrlen) != 0) {
-    const int error = errno;
-    if (descriptor_ >= 0) ::close(descriptor_);
-    throw InputError(name + std::strerror(error));
-  }
-}
-
-DatagramSender::~DatagramSender() { ::close(descriptor_); }
-
-void DatagramSender::send(const std::string& bytes) const {
-  // A refusal by the last one's receiver is told by the next call, and is no fault of this one.
-  [[maybe_unused]] const ssize_t sent =
-      ::send(descriptor_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
 }
 
 }  // namespace ertbench

@@ -146,19 +146,4 @@ class LineOutput {
 std::string binary_record(const LiveAnswer& answer, const Sensor& sensor, std::uint64_t frame,
                           double time_s, double latency_s);
 
-/// Sends datagrams to one address and never waits: what nobody takes is lost.
-class DatagramSender {
- public:
-  /// `address`: "udp://HOST:PORT" of the option `--send`. Throws InputError.
-  explicit DatagramSender(const std::string& address);
-  DatagramSender(const DatagramSender&) = delete;
-  DatagramSender& operator=(const DatagramSender&) = delete;
-  ~DatagramSender();
-
-  void send(const std::string& bytes) const;
-
- private:
-  int descriptor_ = -1;
-};
-
 }  // namespace ertbench

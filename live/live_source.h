@@ -122,4 +122,19 @@ std::unique_ptr<LiveSource> open_udp(const InputPlace& place, FrameColumns chann
 std::unique_ptr<LiveSource> replay_of(RowMajorMatrix voltages, FrameColumns channels, int repeat,
                                       std::optional<double> rate);
 
+/// Sends datagrams to one address and never waits: what nobody takes is lost.
+class DatagramSender {
+ public:
+  /// `address`: "udp://HOST:PORT" of the option `--send`. Throws InputError.
+  explicit DatagramSender(const std::string& address);
+  DatagramSender(const DatagramSender&) = delete;
+  DatagramSender& operator=(const DatagramSender&) = delete;
+  ~DatagramSender();
+
+  void send(const std::string& bytes) const;
+
+ private:
+  int descriptor_ = -1;
+};
+
 }  // namespace ertbench
