@@ -25,18 +25,6 @@ constexpr int hurried_patience_ms = 20;    ///< while many others are late
 constexpr int further_threads = 64;
 constexpr int many_late = 32;  ///< connections that have not asked yet
 
-/// Frees a client's place at destruction.
-class WatcherPlace {
- public:
-  explicit WatcherPlace(std::atomic<int>& watchers) : watchers_(watchers) {}
-  WatcherPlace(const WatcherPlace&) = delete;
-  WatcherPlace& operator=(const WatcherPlace&) = delete;
-  ~WatcherPlace() { --watchers_; }
-
- private:
-  std::atomic<int>& watchers_;
-};
-
 bool wait_for(int socket, short event, int patience_ms) {
   pollfd one{socket, event, 0};
   return ::poll(&one, 1, std::max(0, patience_ms)) > 0;
@@ -136,7 +124,8 @@ void LiveServer::Parts::watch(httplib::Response& response) {
     response.set_content("as many clients are served as may be (--http-clients)\n", "text/plain");
     return;
   }
-  const auto place = std::make_shared<WatcherPlace>(state.watchers);
+  // The last copy frees the client's place.
+  const std::shared_ptr<std::atomic<int>> place(&state.watchers, [](auto* count) { --*count; });
   response.set_header("Cache-Control", "no-store");
   response.set_chunked_content_provider(
       "text/event-stream",
