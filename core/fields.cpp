@@ -24,11 +24,6 @@ ordered_json list_schema(const ordered_json& item, std::size_t least, std::size_
   return {{"type", "array"}, {"items", item}, {"minItems", least}, {"maxItems", most}};
 }
 
-template <typename Value>
-json or_null(const std::optional<Value>& value) {
-  return value ? json(*value) : json();
-}
-
 ordered_json one_of(const ordered_json& first, const ordered_json& second) {
   return {{"oneOf", {first, second}}};
 }

@@ -209,17 +209,15 @@ bool JsonObject::has(std::string_view key) const {
   return value_->contains(key);
 }
 
-const json& JsonObject::at(std::string_view key) {
+const json& JsonObject::raw(std::string_view key) {
   note(key);
   const auto found = value_->find(key);
   if (found == value_->end()) fail(key, "is missing");
   return *found;
 }
 
-const json& JsonObject::raw(std::string_view key) { return at(key); }
-
 double JsonObject::number(std::string_view key, Range range) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_number() || !range.contains(v.get<double>())) {
     fail(key, range.text() + ", got " + json_shown(v));
   }
@@ -231,7 +229,7 @@ double JsonObject::number_or(std::string_view key, double fallback, Range range)
 }
 
 int JsonObject::integer(std::string_view key, int low, int high) {
-  const json& v = at(key);
+  const json& v = raw(key);
   const bool whole = v.is_number() && v.get<double>() == std::floor(v.get<double>());
   if (!whole || v.get<double>() < low || v.get<double>() > high) {
     fail(key, "must be a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
@@ -246,13 +244,13 @@ int JsonObject::integer_or(std::string_view key, int fallback, int low, int high
 
 bool JsonObject::boolean_or(std::string_view key, bool fallback) {
   if (!has(key)) return fallback;
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_boolean()) fail(key, "must be true or false, got " + json_shown(v));
   return v.get<bool>();
 }
 
 std::string JsonObject::text(std::string_view key) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_string() || v.get_ref<const std::string&>().empty()) {
     fail(key, "must be a string that is not empty, got " + json_shown(v));
   }
@@ -268,7 +266,7 @@ std::string JsonObject::text_or(std::string_view key, std::string_view fallback)
 }
 
 std::string JsonObject::choice(std::string_view key, const std::vector<std::string>& choices) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_string() ||
       std::find(choices.begin(), choices.end(), v.get<std::string>()) == choices.end()) {
     std::string list;
@@ -284,7 +282,7 @@ std::string JsonObject::choice_or(std::string_view key, std::string_view fallbac
 }
 
 std::pair<double, double> JsonObject::interval(std::string_view key, Range range) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (v.is_number()) {
     const double x = number(key, range);
     return {x, x};
@@ -295,7 +293,7 @@ std::pair<double, double> JsonObject::interval(std::string_view key, Range range
 }
 
 std::pair<int, int> JsonObject::integer_interval(std::string_view key, int low, int high) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (v.is_number()) {
     const int x = integer(key, low, high);
     return {x, x};
@@ -308,7 +306,7 @@ std::pair<int, int> JsonObject::integer_interval(std::string_view key, int low, 
 }
 
 std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, Range range) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_array() || v.size() != size ||
       !std::all_of(v.begin(), v.end(), [](const json& x) { return x.is_number(); })) {
     fail(key, "must be an array of " + std::to_string(size) + " numbers, got " + json_shown(v));
@@ -324,7 +322,7 @@ std::vector<double> JsonObject::numbers(std::string_view key, std::size_t size, 
 
 std::vector<std::string> JsonObject::choices(std::string_view key,
                                              const std::vector<std::string>& choices) {
-  const json& v = at(key);
+  const json& v = raw(key);
   const std::string wanted = "must be a list of any of " + json(choices).dump();
   if (!v.is_array() || v.empty()) fail(key, wanted + ", got " + json_shown(v));
   std::vector<std::string> out;
@@ -337,7 +335,7 @@ std::vector<std::string> JsonObject::choices(std::string_view key,
 
 std::vector<std::array<double, 2>> JsonObject::points(std::string_view key, std::size_t least,
                                                       std::size_t most, Range range) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_array() || v.size() < least || v.size() > most) {
     fail(key, "must be a list of " + std::to_string(least) + " to " + std::to_string(most) +
                   " points [x, y]");
@@ -354,7 +352,7 @@ std::vector<std::array<double, 2>> JsonObject::points(std::string_view key, std:
 
 std::vector<int> JsonObject::integers(std::string_view key, std::size_t least, std::size_t most,
                                       std::pair<int, int> range) {
-  const json& v = at(key);
+  const json& v = raw(key);
   const auto fits = [&](const json& x) {
     return x.is_number_integer() && x >= range.first && x <= range.second;
   };
@@ -369,11 +367,11 @@ std::vector<int> JsonObject::integers(std::string_view key, std::size_t least, s
 }
 
 JsonObject JsonObject::object(std::string_view key) {
-  return JsonObject(at(key), source_, path_of(key));
+  return JsonObject(raw(key), source_, path_of(key));
 }
 
 std::vector<JsonObject> JsonObject::objects(std::string_view key) {
-  const json& v = at(key);
+  const json& v = raw(key);
   if (!v.is_array()) fail(key, "must be an array of objects, got " + json_shown(v));
   std::vector<JsonObject> out;
   for (std::size_t i = 0; i < v.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -64,6 +65,12 @@ std::string json_text(const nlohmann::json& value, int indent = -1);
 
 /// The first 60 characters of a value, printable, for messages.
 std::string json_shown(const nlohmann::json& value);
+
+/// The value, or null.
+template <typename Value, typename Json = nlohmann::json>
+Json or_null(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json();
+}
 
 /// A copy whose strings and keys are printable and at most `most` characters long.
 nlohmann::json printable_json(const nlohmann::json& value, std::size_t most = 200);
@@ -161,7 +168,6 @@ class JsonObject {
   void finish() const;
 
  private:
-  const nlohmann::json& at(std::string_view key);
   void note(std::string_view key) const { known_.emplace(key); }
 
   const nlohmann::json* value_;

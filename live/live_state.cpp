@@ -58,11 +58,6 @@ json places_mm(const Sensor& sensor, const Eigen::Matrix2Xd& places) {
   return out;
 }
 
-template <typename Value>
-json or_null(const std::optional<Value>& value) {
-  return value ? json(*value) : json();
-}
-
 double rounded(double value, double step) { return std::round(value / step) * step; }
 
 }  // namespace
