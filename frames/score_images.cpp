@@ -206,7 +206,7 @@ class ScoredFiles {
       if (images_.has("/status")) status = images_.read_rows("/status", first, count);
       require_sense(first, truths, status);
       const std::vector<Scene> scenes =
-          has_contacts ? scenes_of_file(first, count) : std::vector<Scene>{};
+          has_contacts ? layout::read_scenes(truth_, first, count) : std::vector<Scene>{};
       for (Eigen::Index i = 0; i < changes.rows(); ++i) {
         const Eigen::RowVectorXd truth = truths.row(i);
         const bool usable = changes.row(i).allFinite() &&
@@ -294,19 +294,6 @@ class ScoredFiles {
     }
   }
 
-  std::vector<Scene> scenes_of_file(std::uint64_t first, std::uint64_t count) const {
-    const RowMajorMatrix contacts = truth_.read_rows(layout::contacts, first, count, true);
-    RowMajorMatrix vertices(contacts.rows(), 0);
-    if (truth_.has(layout::contact_vertices)) {
-      vertices = truth_.read_rows(layout::contact_vertices, first, count, true);
-    }
-    std::vector<Scene> scenes;
-    for (Eigen::Index i = 0; i < contacts.rows(); ++i) {
-      scenes.push_back(layout::unpack(contacts.row(i), vertices.row(i)));
-    }
-    return scenes;
-  }
-
   Hdf5File truth_;
   Hdf5File images_;
   Sensor sensor_;
@@ -315,10 +302,6 @@ class ScoredFiles {
   bool is_absolute_ = false;
   std::uint64_t frames_ = 0;
 };
-
-nlohmann::json number_or_null(const std::optional<double>& value) {
-  return value ? nlohmann::json(*value) : nlohmann::json();
-}
 
 }  // namespace
 
@@ -425,8 +408,8 @@ nlohmann::json to_json(const ImageScores& scores) {
   for (const Metric metric : kMetrics) {
     const MetricSummary& summary = scores.metrics[metric];
     nlohmann::json& out = metrics[name_of(metric)];
-    out = {{"title", axis_title(metric)}, {"mean", number_or_null(summary.mean)},
-           {"ci95", nlohmann::json()},    {"median", number_or_null(summary.median)},
+    out = {{"title", axis_title(metric)}, {"mean", or_null(summary.mean)},
+           {"ci95", nlohmann::json()},    {"median", or_null(summary.median)},
            {"count", summary.count},      {"undefined", summary.undefined}};
     if (summary.ci95) out["ci95"] = {summary.ci95->low, summary.ci95->high};
   }

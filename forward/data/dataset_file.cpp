@@ -89,6 +89,17 @@ void unpack_forces(const Eigen::Ref<const Eigen::RowVectorXd>& row, Scene& scene
   }
 }
 
+std::vector<Scene> read_scenes(const Hdf5File& file, std::uint64_t first, std::uint64_t count) {
+  const RowMajorMatrix rows = file.read_rows(contacts, first, count, true);
+  RowMajorMatrix vertices(rows.rows(), 0);
+  if (file.has(contact_vertices)) vertices = file.read_rows(contact_vertices, first, count, true);
+  std::vector<Scene> scenes;
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    scenes.push_back(unpack(rows.row(i), vertices.row(i)));
+  }
+  return scenes;
+}
+
 }  // namespace ertbench::dataset_layout
 
 namespace ertbench {
@@ -324,17 +335,11 @@ Eigen::VectorXd DatasetFile::model_errors(std::uint64_t first, std::uint64_t cou
 }
 
 std::vector<Scene> DatasetFile::scenes(std::uint64_t first, std::uint64_t count) const {
-  const RowMajorMatrix contacts = file_->read_rows(layout::contacts, first, count, true);
-  RowMajorMatrix vertices(contacts.rows(), 0);
-  if (file_->has(layout::contact_vertices)) {
-    vertices = file_->read_rows(layout::contact_vertices, first, count, true);
-  }
-  RowMajorMatrix forces(contacts.rows(), 0);
-  if (file_->has(layout::forces)) forces = file_->read_rows(layout::forces, first, count, true);
-  std::vector<Scene> scenes;
-  for (Eigen::Index i = 0; i < contacts.rows(); ++i) {
-    scenes.push_back(layout::unpack(contacts.row(i), vertices.row(i)));
-    layout::unpack_forces(forces.row(i), scenes.back());
+  std::vector<Scene> scenes = layout::read_scenes(*file_, first, count);
+  if (!file_->has(layout::forces)) return scenes;
+  const RowMajorMatrix forces = file_->read_rows(layout::forces, first, count, true);
+  for (Eigen::Index i = 0; i < forces.rows(); ++i) {
+    layout::unpack_forces(forces.row(i), scenes[static_cast<std::size_t>(i)]);
   }
   return scenes;
 }

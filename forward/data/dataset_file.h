@@ -15,6 +15,12 @@
 #include "forward/sheet/scene.h"
 #include "forward/sheet/sensor.h"
 
+namespace ertbench {
+
+class Hdf5File;
+
+}  // namespace ertbench
+
 /// Names and row layouts inside a dataset file, shared by its writer and its reader.
 namespace ertbench::dataset_layout {
 
@@ -65,6 +71,9 @@ void pack(const Scene& scene, Eigen::Ref<Eigen::RowVectorXd> contact_row,
 Scene unpack(const Eigen::Ref<const Eigen::RowVectorXd>& contact_row,
              const Eigen::Ref<const Eigen::RowVectorXd>& vertex_row);
 
+/// The scenes of rows of a file's /contacts and, if it has them, /contact_vertices.
+std::vector<Scene> read_scenes(const Hdf5File& file, std::uint64_t first, std::uint64_t count);
+
 }  // namespace ertbench::dataset_layout
 
 namespace ertbench {
@@ -88,8 +97,6 @@ struct DatasetBlock {
 /// on the spec, not on threads or blocks.
 DatasetBlock generate_block(const DatasetSpec& spec, const SceneModel& model, std::uint64_t first,
                             std::uint64_t count, int threads = 1);
-
-class Hdf5File;
 
 /// A complete dataset file, opened for reading. Opening checks the shapes of all arrays; each read
 /// checks its values. Errors are InputErrors naming file and HDF5 object.
