@@ -16,12 +16,10 @@
 namespace ertbench {
 namespace {
 
-constexpr int histogram_bins = 10;
-
 /// Frames per bin for a flat distribution: its mean plus and minus two standard deviations.
 Span flat_counts(std::size_t frames) {
-  const double mean = static_cast<double>(frames) / histogram_bins;
-  const double deviation = std::sqrt(mean * (1 - 1.0 / histogram_bins));
+  const double mean = static_cast<double>(frames) / rank_bins;
+  const double deviation = std::sqrt(mean * (1 - 1.0 / rank_bins));
   return {mean - 2 * deviation, mean + 2 * deviation};
 }
 
@@ -107,14 +105,10 @@ void draw_rank_figure(std::span<const SetLimit> limits, const std::string& title
                      box.centre(), {.size = 10, .colour = ink::note});
         continue;
       }
-      std::array<double, histogram_bins> counts{};
-      for (const FrameLimit& frame : frames) {
-        const double bin = std::clamp(frame.ranks[r] * histogram_bins, 0.0, histogram_bins - 1e-9);
-        counts[static_cast<std::size_t>(bin)] += 1;
-      }
+      const std::array<double, rank_bins> counts = rank_counts(frames, r);
       std::vector<Bar> bars;
-      for (int b = 0; b < histogram_bins; ++b) {
-        bars.push_back({(b + 0.5) / histogram_bins, counts[static_cast<std::size_t>(b)],
+      for (int b = 0; b < rank_bins; ++b) {
+        bars.push_back({(b + 0.5) / rank_bins, counts[static_cast<std::size_t>(b)],
                         hue(0).towards_white(0.3)});
       }
       const Span flat = flat_counts(frames.size());
@@ -123,7 +117,7 @@ void draw_rank_figure(std::span<const SetLimit> limits, const std::string& title
       Panel panel(canvas, box, Axis::even({0, 1}, "rank of the truth"),
                   Axis::even({0, 1.1 * most}));
       panel.title(std::string(names[r]) + (p ? ", p = " + fixed(*p, 2) : ""));
-      panel.bars(bars, 0.9 / histogram_bins);
+      panel.bars(bars, 0.9 / rank_bins);
       panel.level(flat.low, {rgb(0x606060), 1, 3});
       panel.level(flat.high, {rgb(0x606060), 1, 3});
       panel.draw();

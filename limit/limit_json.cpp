@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 
 #include "bench/record/limit_file.h"
 #include "core/build_stamp.h"
+#include "core/json.h"
 #include "core/lists.h"
 #include "core/statistics.h"
 #include "limit/limit_run.h"
@@ -13,20 +16,13 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int rank_bins = 10;
 /// Frames with fewer effective samples on the sphere are left out of its summary.
 constexpr double least_on_sphere = 30;
 
 template <typename Value>
-std::vector<std::optional<double>> column(std::span<const FrameLimit> frames, const Value& value) {
-  std::vector<std::optional<double>> out;
-  for (const FrameLimit& frame : frames) out.push_back(value(frame));
-  return out;
-}
-
-std::vector<double> column_of(std::span<const FrameLimit> frames, double FrameLimit::*value) {
-  std::vector<double> out;
-  for (const FrameLimit& frame : frames) out.push_back(frame.*value);
+auto column(std::span<const FrameLimit> frames, const Value& value) {
+  std::vector<std::decay_t<std::invoke_result_t<Value, const FrameLimit&>>> out;
+  for (const FrameLimit& frame : frames) out.push_back(std::invoke(value, frame));
   return out;
 }
 
@@ -40,10 +36,11 @@ auto value_of(const std::string& metric, std::optional<double> FrameLimit::Value
 auto error_of(const std::string& metric) { return value_of(metric, &FrameLimit::Value::error); }
 
 json short_summary(const MetricSummary& summary) {
-  json out = {{"mean", nullptr}, {"ci95", nullptr}, {"median", nullptr}, {"count", summary.count}};
-  if (summary.mean) out["mean"] = *summary.mean;
+  json out = {{"mean", or_null(summary.mean)},
+              {"ci95", nullptr},
+              {"median", or_null(summary.median)},
+              {"count", summary.count}};
   if (summary.ci95) out["ci95"] = {summary.ci95->low, summary.ci95->high};
-  if (summary.median) out["median"] = *summary.median;
   return out;
 }
 
@@ -102,17 +99,15 @@ json set_json(const SetLimit& limit) {
         return f.relative_error_of_mean;
       },
       "relative_error_of_mean");
-  const auto sphere = [](const FrameLimit& f) { return f.sphere_relative_error; };
   out["sphere"] = {
       {"width", sphere_width},
-      {"relative_error", summary_of(on_sphere, sphere, "sphere")},
+      {"relative_error", summary_of(on_sphere, &FrameLimit::sphere_relative_error, "sphere")},
       {"without", summary_of(on_sphere, error_of("relative_error"), "relative_error")}};
   const LimitCalibration calibration = calibration_of(limit.frames);
   json& shown = out["calibration"];
   shown = json_of(calibration);
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
-    const auto& p = calibration.p_values[r];
-    shown["rank_p_values"][limit_ranks[r]] = p ? json(*p) : json(nullptr);
+    shown["rank_p_values"][limit_ranks[r]] = or_null(calibration.p_values[r]);
   }
   out["per_frame"] = per_frame;
   return out;
@@ -138,8 +133,8 @@ ResultRow row_of(const SetLimit& limit) {
                      {"model", limit.model},
                      {"unresolved", unresolved}};
   if (row.type == limit_lower) {
-    const auto part = ratio_of_sums(column_of(limit.frames, &FrameLimit::variance),
-                                    column_of(limit.frames, &FrameLimit::energy), "squared error");
+    const auto part = ratio_of_sums(column(limit.frames, &FrameLimit::variance),
+                                    column(limit.frames, &FrameLimit::energy), "squared error");
     parameters["squared_error"] = {{"over_empty", part->ratio},
                                    {"ci95", {part->ci95.low, part->ci95.high}}};
   } else {
@@ -160,23 +155,28 @@ bool is_ranked(std::span<const FrameLimit> frames, std::size_t rank) {
   return true;
 }
 
+std::array<double, rank_bins> rank_counts(std::span<const FrameLimit> frames, std::size_t rank) {
+  std::array<double, rank_bins> counts{};
+  for (const FrameLimit& frame : frames) {
+    const double bin = std::clamp(frame.ranks[rank] * rank_bins, 0.0, rank_bins - 1e-9);
+    counts[static_cast<std::size_t>(bin)] += 1;
+  }
+  return counts;
+}
+
 LimitCalibration calibration_of(std::span<const FrameLimit> frames) {
   LimitCalibration out;
   // If every frame determines its scene there is neither error nor variance.
-  const auto found = ratio_of_sums(column_of(frames, &FrameLimit::squared_error),
-                                   column_of(frames, &FrameLimit::variance), "calibration");
+  const auto found = ratio_of_sums(column(frames, &FrameLimit::squared_error),
+                                   column(frames, &FrameLimit::variance), "calibration");
   out.squared_error_over_variance = found ? found->ratio : 1;
   out.ci95 = found ? found->ci95 : Interval{1, 1};
   for (std::size_t r = 0; r < limit_ranks.size(); ++r) {
-    std::array<double, rank_bins> counts{};
-    for (const FrameLimit& frame : frames) {
-      counts[static_cast<std::size_t>(
-          std::clamp(frame.ranks[r] * rank_bins, 0.0, rank_bins - 1e-9))] += 1;
-    }
     const double wanted = static_cast<double>(frames.size()) / rank_bins;
     if (wanted < 2 || !is_ranked(frames, r)) continue;
     double chi_square = 0;
-    for (const double count : counts) chi_square += (count - wanted) * (count - wanted) / wanted;
+    for (const double count : rank_counts(frames, r))
+      chi_square += (count - wanted) * (count - wanted) / wanted;
     out.p_values[r] = chi_square_tail(chi_square, rank_bins - 1);
   }
   return out;

@@ -68,6 +68,10 @@ struct LimitCalibration {
 };
 LimitCalibration calibration_of(std::span<const FrameLimit> frames);
 
+inline constexpr int rank_bins = 10;
+/// Frames by the rank of the truth by that one of limit_ranks, in bins of equal width.
+std::array<double, rank_bins> rank_counts(std::span<const FrameLimit> frames, std::size_t rank);
+
 /// True if the ranks by that one of limit_ranks carry information. They do not if two of them agree
 /// in all frames: the truth then ties with all samples, as the sum and the number of contacts do
 /// for scenes of one disc of one size.
