@@ -45,12 +45,7 @@ class Aside {
   }
 
   void write(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail(target_, "write", errno);
-      bytes.remove_prefix(static_cast<std::size_t>(written));
-    }
+    if (!write_all(descriptor_, bytes)) fail(target_, "write", errno);
   }
 
   void rename() {
@@ -185,6 +180,16 @@ void require_regular_file(const fs::path& file) {
                      "; check the name and the permissions");
   }
   throw InputError(file.string() + ": is " + kind_of(status.type()) + "; name a regular file");
+}
+
+bool write_all(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
 }
 
 std::string contents_of(const std::filesystem::path& file) {

@@ -30,6 +30,9 @@ void require_output(const std::filesystem::path& output,
 /// or a device could wait forever.
 void require_regular_file(const std::filesystem::path& file);
 
+/// Writes all bytes to a descriptor; false, and errno says why, if it takes no more.
+bool write_all(int descriptor, std::string_view bytes);
+
 /// The bytes of a file; empty if it does not exist or cannot be read.
 std::string contents_of(const std::filesystem::path& file);
 

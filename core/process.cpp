@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "core/errors.h"
+#include "core/files.h"
 #include "core/seconds.h"
 #include "core/supervisor.h"
 #include "core/text.h"
@@ -69,12 +70,7 @@ constexpr std::uint64_t finished_mark = std::numeric_limits<std::uint64_t>::max(
 void send_bytes(int pipe, std::uint64_t length, std::string_view message) {
   std::string bytes(reinterpret_cast<const char*>(&length), sizeof length);
   bytes += message;
-  for (std::size_t sent = 0; sent < bytes.size();) {
-    const ssize_t count = ::write(pipe, bytes.data() + sent, bytes.size() - sent);
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw std::runtime_error("nobody takes the message");
-    sent += static_cast<std::size_t>(count);
-  }
+  if (!write_all(pipe, bytes)) throw std::runtime_error("nobody takes the message");
 }
 
 /// Moves the whole messages from the beginning of what came through a pipe to the outcome; whether

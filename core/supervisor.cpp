@@ -16,6 +16,7 @@
 #include <string>
 #include <system_error>
 
+#include "core/files.h"
 #include "core/seconds.h"
 
 namespace ertbench {
@@ -77,16 +78,8 @@ void set_handler(int signal, void (*handler)(int)) {
   ::sigaction(signal, &action, nullptr);
 }
 
-void write_all(int descriptor, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return;  // a log that cannot be written is no reason to stop
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
-/// Copies the output of a pipe to a file: the beginning at once, then the last part of the rest.
+/// Copies the output of a pipe to a file: the beginning at once, then the last part of the rest. A
+/// file that cannot be written is no reason to stop.
 class BoundedLog {
  public:
   BoundedLog(int pipe, int file) : pipe_(pipe), file_(file) {}
