@@ -10,6 +10,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/hdf5_guard.h"
+#include "core/lists.h"
 
 namespace ertbench {
 namespace {
@@ -42,11 +43,8 @@ hid_t text_type(const std::string& text) {
 }
 
 std::string dimensions(const std::vector<std::uint64_t>& shape, bool any = false) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < shape.size(); ++i) {
-    text += (i ? ", " : "") + (any && shape[i] == 0 ? "N" : std::to_string(shape[i]));
-  }
-  return text + "]";
+  const auto text = [&](std::uint64_t n) { return any && n == 0 ? "N" : std::to_string(n); };
+  return "[" + joined(shape, ", ", text) + "]";
 }
 
 struct StorageType {

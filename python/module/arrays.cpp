@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/errors.h"
+#include "core/lists.h"
 #include "core/process.h"
 
 namespace ertbench {
@@ -18,11 +19,7 @@ namespace ertbench {
 namespace {
 
 std::string text_of(const std::vector<py::ssize_t>& shape, const std::string& first = "") {
-  std::string text = "[" + first;
-  for (const py::ssize_t side : shape) {
-    text += (text.size() > 1 ? ", " : "") + std::to_string(side);
-  }
-  return text + "]";
+  return "[" + first + (first.empty() || shape.empty() ? "" : ", ") + joined(shape) + "]";
 }
 
 void require_finite(const Array& array, const std::string& name) {
