@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 
 #include "frames/channels.h"
@@ -13,12 +14,10 @@ struct PairPlace {
 
 std::optional<PairPlace> find_pair(const std::vector<ElectrodePair>& pairs,
                                    const ElectrodePair& pair) {
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p] == pair) return PairPlace{static_cast<int>(p), 1};
-  }
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (pairs[p] == ElectrodePair{pair.second, pair.first})
-      return PairPlace{static_cast<int>(p), -1};
+  for (const double sign : {1.0, -1.0}) {
+    const auto found =
+        std::ranges::find(pairs, sign > 0 ? pair : ElectrodePair{pair.second, pair.first});
+    if (found != pairs.end()) return PairPlace{static_cast<int>(found - pairs.begin()), sign};
   }
   return std::nullopt;
 }
