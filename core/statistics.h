@@ -18,6 +18,12 @@ struct Interval {
   bool operator==(const Interval&) const = default;
 };
 
+/// A number of a struct, such as the end of an interval; nothing where there is no struct.
+template <class Struct, class Number>
+std::optional<double> member_of(const std::optional<Struct>& whole, Number Struct::*number) {
+  return whole ? std::optional<double>((*whole).*number) : std::nullopt;
+}
+
 /// Arithmetic mean. Each value is divided by the count first, so that the sum cannot overflow.
 /// Throws std::invalid_argument without a value.
 double mean(std::span<const double> values);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "bench/record/limit_file.h"
 #include "core/lists.h"
@@ -92,14 +91,10 @@ bool has_limits(std::span<const ResultRow> rows) { return std::ranges::any_of(ro
 
 using LatencyPart = std::optional<double> LatencySummary::*;
 
-/// Times that only some solvers, or only newer results, have.
-std::optional<double> part_of(const ResultRow& row, LatencyPart part) {
-  return row.latency_us ? (*row.latency_us).*part : std::nullopt;
-}
-
+/// Of times that only some solvers, or only newer results, have.
 bool any_has(std::span<const ResultRow> rows, LatencyPart part) {
-  return std::ranges::any_of(rows,
-                             [&](const ResultRow& row) { return part_of(row, part).has_value(); });
+  return std::ranges::any_of(
+      rows, [&](const ResultRow& row) { return member_of(row.latency_us, part).has_value(); });
 }
 
 /// The parts that some row has, with the titles of their columns.
@@ -129,10 +124,6 @@ std::vector<Column> result_columns(std::span<const ResultRow> rows) {
   return out;
 }
 
-std::optional<double> latency_of(const ResultRow& row, double LatencySummary::*part) {
-  return row.latency_us ? std::optional((*row.latency_us).*part) : std::nullopt;
-}
-
 /// `usual`: the processor of most rows.
 std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows,
                            const std::string& usual, const PublishedTable& published) {
@@ -141,12 +132,11 @@ std::vector<Cell> cells_of(const ResultRow& row, std::span<const ResultRow> rows
     cells.push_back(metric_cell(row, metric, published));
   }
   if (has_limits(rows)) {
-    cells.push_back(
-        number_cell(row.over_limit ? std::optional(row.over_limit->ratio) : std::nullopt, 2));
+    cells.push_back(number_cell(member_of(row.over_limit, &OverLimit::ratio), 2));
   }
-  std::vector<std::optional<double>> times = {latency_of(row, &LatencySummary::p50),
-                                              latency_of(row, &LatencySummary::p99)};
-  for (const auto& [title, part] : parts_of(rows)) times.push_back(part_of(row, part));
+  std::vector<std::optional<double>> times = {member_of(row.latency_us, &LatencySummary::p50),
+                                              member_of(row.latency_us, &LatencySummary::p99)};
+  for (const auto& [title, part] : parts_of(rows)) times.push_back(member_of(row.latency_us, part));
   times.push_back(row.frames_per_s);
   for (const std::optional<double>& time : times) {
     cells.push_back(short_cell(time));
@@ -218,21 +208,20 @@ std::string labels_not_converged(std::span<const ResultRow> rows) {
       name += " (" + std::to_string(convergence.not_converged) + " of " +
               std::to_string(convergence.runs) + " seeds)";
     }
-    if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+    names.push_back(std::move(name));
   }
-  return joined(names);
+  return joined(distinct(names));
 }
 
 /// The rows whose solvers could not be fitted to know noise and range, each once.
 std::string labels_without_limits(std::span<const ResultRow> rows) {
-  std::string out;
-  std::set<std::string> seen;
+  std::vector<std::string> names;
   for (const ResultRow& row : rows) {
-    if (!row.parameters->is_object() || !row.parameters->contains("frame_check")) continue;
-    const std::string name = one_line(row.label, kLabelLength);
-    if (seen.insert(name).second) out += (out.empty() ? "" : ", ") + name;
+    if (row.parameters->contains("frame_check")) {
+      names.push_back(one_line(row.label, kLabelLength));
+    }
   }
-  return out;
+  return joined(distinct(names));
 }
 
 std::vector<std::string> legend_of(std::span<const ResultRow> rows, const TableText& text) {
@@ -362,8 +351,8 @@ Table result_summary(std::span<const ResultRow> rows) {
       const auto& deviation = row.seeds->deviation[metric];
       cell.lines = {deviation ? "±" + fixed(*deviation, decimals_of(metric)) : kDash};
     }
-    cells.push_back(number_cell(latency_of(row, &LatencySummary::p50), 1));
-    cells.push_back(number_cell(latency_of(row, &LatencySummary::p99), 1));
+    cells.push_back(number_cell(member_of(row.latency_us, &LatencySummary::p50), 1));
+    cells.push_back(number_cell(member_of(row.latency_us, &LatencySummary::p99), 1));
     cells.push_back(number_cell(row.frames_per_s, 0));
     cells.push_back(status_cell(row, rows, usual));
     if (!row.message.empty()) section.notes.push_back(note_of(row));
