@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -16,6 +15,7 @@
 #include "core/files.h"
 #include "core/json.h"
 #include "core/random.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -26,11 +26,7 @@ using nlohmann::json;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// As it is written and read again: nine digits are far below any tolerance.
-double shortened(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return std::strtod(text, nullptr);
-}
+double shortened(double value) { return std::strtod(with_digits(value, 9).c_str(), nullptr); }
 
 std::map<std::string, Probe>& memory() {
   static std::map<std::string, Probe> probes;
@@ -122,9 +118,8 @@ std::string probe_difference(const Probes& recorded, const Probes& now) {
     if (!found) {
       how = "was not recorded";
     } else if (const double by = difference(*found, probe); by > probe.tolerance) {
-      char text[64];
-      std::snprintf(text, sizeof text, "differs by %.2g of its norm", by);
-      how = std::isinf(by) ? "has other numbers" : text;
+      how = std::isinf(by) ? "has other numbers"
+                           : "differs by " + with_digits(by, 2) + " of its norm";
     }
     if (!how.empty()) out += (out.empty() ? "the probe " : ", the probe ") + name + " " + how;
   }

@@ -122,13 +122,13 @@ std::string fixed(double value, int decimals) {
   return value < 0 && !zero ? "−" + digits : digits;
 }
 
-std::string number_text(double value) { return with_digits(value, 6); }
-
 std::string with_digits(double value, int digits) {
   char text[32];
   std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
+
+std::string number_text(double value) { return with_digits(value, 6); }
 
 std::string three_digits(double value) {
   if (value == 0 || !std::isfinite(value)) return fixed(value, 0);

@@ -21,10 +21,11 @@ class TextStream : public std::ostringstream {
 /// dash if it is not finite.
 std::string fixed(double value, int decimals);
 
-/// Six significant digits: "0.05", "1e+06".
-std::string number_text(double value);
-/// The same with so many significant digits.
+/// At most `digits` significant digits, up to 17: "0.05", "1e+06".
 std::string with_digits(double value, int digits);
+
+/// Six significant digits.
+std::string number_text(double value);
 
 /// Three significant digits: "0.0123", "5.40", "1230".
 std::string three_digits(double value);

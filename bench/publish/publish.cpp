@@ -139,9 +139,7 @@ struct PageTexts {
 /// behind the seventh.
 void drop_details(json& value) {
   if (value.is_number_float()) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.7g", value.get<double>());
-    value = std::strtod(text, nullptr);
+    value = std::strtod(with_digits(value.get<double>(), 7).c_str(), nullptr);
     return;
   }
   if (value.is_object()) {
