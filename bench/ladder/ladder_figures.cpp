@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "bench/ladder/ladder_results.h"
 #include "core/lists.h"
@@ -13,9 +11,7 @@ namespace {
 
 /// Three significant digits, or two below a tenth, to fit into a cell.
 std::string brief_digits(double level) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.*g", std::abs(level) < 0.1 ? 2 : 3, std::abs(level));
-  return (level < 0 ? "−" : "") + std::string(text);
+  return (level < 0 ? "−" : "") + with_digits(std::abs(level), std::abs(level) < 0.1 ? 2 : 3);
 }
 
 std::string cell_text(const Breakdown& found) {

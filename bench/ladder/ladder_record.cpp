@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "bench/record/cache.h"
 #include "core/random.h"
+#include "core/text.h"
 
 namespace ertbench {
 namespace {
@@ -82,9 +82,7 @@ constexpr int ladder_schema = 2;
 
 json number_json(const std::optional<double>& value) {
   if (!value || !std::isfinite(*value)) return nullptr;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.5g", *value);
-  return std::strtod(text, nullptr);
+  return std::strtod(with_digits(*value, 5).c_str(), nullptr);
 }
 
 constexpr std::pair<const char*, std::optional<double> JudgedFrame::*> frame_numbers[] = {

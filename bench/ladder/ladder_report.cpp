@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "bench/ladder/ladder_results.h"
 #include "bench/plot/canvas.h"
@@ -159,6 +158,7 @@ class LadderDrawing {
         std::max<std::size_t>(1, (series_.size() + most_curves - 1) / most_curves);
     const std::size_t each = (series_.size() + count - 1) / count;
     const double panel_width = count == 1 ? 670 : count == 2 ? 440 : 300;
+    const int legend_columns = count == 1 ? 3 : count == 2 ? 2 : 1;
     std::vector<PanelColumn> out;
     for (std::size_t c = 0; c < count; ++c) {
       const double left = panels_left + static_cast<double>(c) * (panel_width + between);
@@ -169,10 +169,7 @@ class LadderDrawing {
                          left,
                          left + panel_width,
                          LevelAxis(axis_, here, panel_width),
-                         Legend(left - 20, left + panel_width + 15,
-                                count > 2    ? 1
-                                : count == 1 ? 3
-                                             : 2)};
+                         Legend(left - 20, left + panel_width + 15, legend_columns)};
       for (std::size_t s = first; s < first + here; ++s) {
         column.legend.add({series_[s].label, series_[s].line, series_[s].mark});
       }

@@ -2,18 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/json.h"
+#include "core/lists.h"
 #include "core/statistics.h"
 #include "core/text.h"
 
 namespace ertbench {
 namespace {
-
-std::string percent(double share) { return fixed(100 * share, 1) + " %"; }
 
 Between between_of(const LadderAxis& axis) {
   if (axis.integer) return Between::nothing;
@@ -27,12 +25,10 @@ std::string state_of(const Breakdown& breakdown) {
 }
 
 std::string category_text(const LadderClimb& climb) {
-  std::string out;
-  for (const LadderLevel& level : climb.levels) {
-    out += (out.empty() ? "" : ", ") + level.level.text() + " ";
-    out += level.message.empty() ? percent(level.share()) : "impossible";
-  }
-  return out;
+  return joined(climb.levels, ", ", [](const LadderLevel& level) {
+    return level.level.text() + " " +
+           (level.message.empty() ? fixed(100 * level.share(), 1) + " %" : "impossible");
+  });
 }
 
 /// The lines of a parameter: from its best value towards both ends.
@@ -101,8 +97,8 @@ void add_rate(int count, int total, std::vector<Cell>& cells) {
   cells.emplace_back(csv_number(rate(count, total)));
   std::optional<Interval> interval;
   if (total > 0) interval = wilson_interval(count, total);
-  cells.emplace_back(csv_number(interval ? std::optional(interval->low) : std::nullopt));
-  cells.emplace_back(csv_number(interval ? std::optional(interval->high) : std::nullopt));
+  cells.emplace_back(csv_number(member_of(interval, &Interval::low)));
+  cells.emplace_back(csv_number(member_of(interval, &Interval::high)));
 }
 
 /// "96.5 [93.1, 98.3]", below it "193 of 200"; a dash if `total` is 0.
@@ -169,10 +165,7 @@ std::vector<std::string> notes() {
 
 std::string level_digits(double level) {
   if (level == std::round(level) && std::abs(level) < 1e5) return fixed(level, 0);
-  if (std::abs(level) >= 1e-3) return three_digits(level);
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", level);
-  return text;
+  return std::abs(level) >= 1e-3 ? three_digits(level) : with_digits(level, 3);
 }
 
 std::string AxisBreakdown::text() const {
@@ -257,15 +250,6 @@ TableSection levels_data(const std::vector<LadderOutcome>& outcomes) {
   return section;
 }
 
-DetectionCounts& DetectionCounts::operator+=(const DetectionCounts& other) {
-  failing += other.failing;
-  detected += other.detected;
-  good += other.good;
-  false_alarms += other.false_alarms;
-  suspect += other.suspect;
-  return *this;
-}
-
 std::optional<double> DetectionCounts::suspect_rate() const {
   return rate(suspect, failing + good);
 }
@@ -290,9 +274,11 @@ std::vector<AxisDetection> detections_of(const std::vector<LadderOutcome>& outco
     const std::string& solver = outcome.entry->label;
     out.push_back({solver, test_set, detection_at(outcome.record->base)});
     for (const LadderClimb& climb : outcome.record->axes) {
-      AxisDetection line{solver, climb.axis, {}};
-      for (const LadderLevel& level : climb.levels) line.counts += detection_at(level);
-      out.push_back(std::move(line));
+      LadderLevel all;
+      for (const LadderLevel& level : climb.levels) {
+        all.frames.insert(all.frames.end(), level.frames.begin(), level.frames.end());
+      }
+      out.push_back({solver, climb.axis, detection_at(all)});
     }
   }
   return out;

@@ -69,7 +69,6 @@ struct DetectionCounts {
   int false_alarms = 0;  ///< flagged frames among the good ones
   int suspect = 0;       ///< flagged frames (status suspect) among all
 
-  DetectionCounts& operator+=(const DetectionCounts& other);
   std::optional<double> suspect_rate() const;      ///< share of all frames
   std::optional<double> detection_rate() const;    ///< share of the failing frames; nothing: none
   std::optional<double> false_alarm_rate() const;  ///< share of the good frames; nothing: none
