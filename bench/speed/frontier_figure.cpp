@@ -49,9 +49,8 @@ std::vector<Setting> frontier_of(std::vector<Setting> all) {
 /// below the best known estimator's error.
 void draw_bracket(const SpeedAccuracy& chart, std::span<const ResultRow> rows, Panel& panel,
                   Canvas& canvas) {
-  const ResultRow* known = limit_of(rows, chart.dataset);
-  if (!known || !known->metrics[chart.metric].ci95) return;
-  Interval band = *known->metrics[chart.metric].ci95;
+  if (!chart.limit_ci95) return;
+  Interval band = *chart.limit_ci95;
   std::string text = "best known estimator";
   for (const ResultRow& row : rows) {
     const auto& below = row.metrics[chart.metric].ci95;

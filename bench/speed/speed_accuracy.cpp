@@ -113,31 +113,24 @@ void settle_choice(SpeedAccuracy& chart) {
   for (SpeedPoint& point : chart.points) point.choice_error = point.error;
 }
 
-void choose_by_margin(SpeedAccuracy& chart) {
+void choose_points(SpeedAccuracy& chart) {
   const auto smaller = [](const SpeedPoint& a, const SpeedPoint& b) {
     return a.choice_error < b.choice_error;
   };
   const auto faster = [](const SpeedPoint& a, const SpeedPoint& b) {
     return a.latency->p50 < b.latency->p50;
   };
-  const auto best = choose(
-      chart.points, [](const SpeedPoint&) { return true; }, smaller);
-  for (const double margin : margins) {
-    WithinMargin& within = chart.margins.emplace_back(WithinMargin{margin, {}});
-    if (!best) continue;
-    const double most = (1 + margin) * *chart.points[*best].choice_error;
-    within.point = choose(
-        chart.points, [&](const SpeedPoint& p) { return *p.choice_error <= most; }, faster);
-  }
-  for (WithinBudget& budget : chart.budgets) {
+  for (SpeedChoice& choice : chart.choices) {
     const auto keeps = [&](const SpeedPoint& p) {
-      if (!budget.to_contacts) return p.latency->p99 <= budget.us;
-      return p.timed_to_contacts() && *p.latency->contacts_p99 <= budget.us;
+      if (choice.margin) return true;
+      if (choice.budget_us) return p.latency->p99 <= *choice.budget_us;
+      return p.timed_to_contacts() && *p.latency->contacts_p99 <= *choice.contacts_budget_us;
     };
     const auto least = choose(chart.points, keeps, smaller);
     if (!least) continue;
-    const double most = (1 + least_gain) * *chart.points[*least].choice_error;
-    budget.point = choose(
+    const double most =
+        (1 + choice.margin.value_or(least_gain)) * *chart.points[*least].choice_error;
+    choice.point = choose(
         chart.points, [&](const SpeedPoint& p) { return keeps(p) && *p.choice_error <= most; },
         faster);
   }
@@ -177,10 +170,6 @@ void add_break_even(SpeedAccuracy& chart, const std::string& reference) {
   chart.break_even.push_back(std::move(out));
 }
 
-json label_or_null(const SpeedAccuracy& chart, const std::optional<std::size_t>& point) {
-  return point ? json(chart.points[*point].label) : json(nullptr);
-}
-
 }  // namespace
 
 SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const ResultRow> rows) {
@@ -204,19 +193,19 @@ SpeedAccuracy speed_accuracy_of(const SpeedQuestion& question, std::span<const R
     chart.limit_unresolved = limit->frames_not_converged;
     chart.limit_ci95 = limit->metrics[chart.metric].ci95;
   }
-  mark_frontier(chart.points, &SpeedPoint::frontier, [](const SpeedPoint& p) {
-    return p.latency ? std::optional(p.latency->p50) : std::nullopt;
-  });
+  mark_frontier(chart.points, &SpeedPoint::frontier,
+                [](const SpeedPoint& p) { return member_of(p.latency, &LatencySummary::p50); });
   mark_frontier(chart.points, &SpeedPoint::batch_frontier, [](const SpeedPoint& p) {
     return p.frames_per_s ? std::optional(1 / *p.frames_per_s) : std::nullopt;
   });
-  for (const double us : question.budgets_us) chart.budgets.push_back({us, false, {}});
+  for (const double margin : margins) chart.choices.push_back({.margin = margin});
+  for (const double us : question.budgets_us) chart.choices.push_back({.budget_us = us});
   for (const double us : contact_budgets_us) {
     if (std::ranges::none_of(chart.points, &SpeedPoint::timed_to_contacts)) break;
-    chart.budgets.push_back({us, true, {}});
+    chart.choices.push_back({.contacts_budget_us = us});
   }
   settle_choice(chart);
-  choose_by_margin(chart);
+  choose_points(chart);
   choose_sizes(chart);
   for (const std::string& reference : question.break_even_against) add_break_even(chart, reference);
   return chart;
@@ -229,15 +218,17 @@ json to_json(const SpeedAccuracy& chart) {
   for (const SpeedPoint& point : chart.points) {
     if (point.frontier) out["frontier"].push_back(point.label);
   }
-  for (const WithinMargin& within : chart.margins) {
-    out["within_margin"].push_back(
-        {{"margin", within.margin}, {"label", label_or_null(chart, within.point)}});
-  }
   out["within_budget"] = json::array();
-  for (const WithinBudget& budget : chart.budgets) {
-    json& one = out["within_budget"].emplace_back();
-    one = {{"budget_us", budget.us}, {"label", label_or_null(chart, budget.point)}};
-    if (budget.to_contacts) one["to_contacts"] = true;
+  for (const SpeedChoice& choice : chart.choices) {
+    const bool to_contacts = choice.contacts_budget_us.has_value();
+    json& one = out[choice.margin ? "within_margin" : "within_budget"].emplace_back();
+    one["label"] = choice.point ? json(chart.points[*choice.point].label) : json(nullptr);
+    if (choice.margin) {
+      one["margin"] = *choice.margin;
+    } else {
+      one["budget_us"] = to_contacts ? *choice.contacts_budget_us : *choice.budget_us;
+    }
+    if (to_contacts) one["to_contacts"] = true;
   }
   out["right_sizes"] = json::array();
   for (const RightSize& size : chart.right_sizes) {

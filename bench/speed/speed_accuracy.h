@@ -60,18 +60,15 @@ struct RightSize {
   std::size_t chosen = 0;  ///< index of the first in the file's order within the margin of it
 };
 
-/// The fastest configuration whose choice_error is at most (1 + margin) times the least.
-struct WithinMargin {
-  double margin = 0;
-  std::optional<std::size_t> point;
-};
-
-/// The configuration with the least choice_error of those whose p99 keeps within the budget; of
-/// several within a thousandth of it the fastest.
-struct WithinBudget {
-  double us = 0;
-  bool to_contacts = false;  ///< p99 to the contacts, not to the image
-  std::optional<std::size_t> point;
+/// A recommendation, of one of three kinds: the fastest configuration whose choice_error is at most
+/// (1 + margin) times the least; or the one with the least choice_error of those whose p99, to the
+/// image or to the contacts, keeps within the budget; of several within a thousandth of it the
+/// fastest.
+struct SpeedChoice {
+  std::optional<double> margin = {};
+  std::optional<double> budget_us = {};
+  std::optional<double> contacts_budget_us = {};
+  std::optional<std::size_t> point = {};
 };
 
 /// Numbers of frames after which the faster frames of a configuration repay its longer fit.
@@ -94,9 +91,9 @@ struct SpeedAccuracy {
   int limit_unresolved = 0;            ///< if not 0, the limit may lie below the line
   std::vector<RightSize> right_sizes;  ///< of families with two settings or more
   std::optional<RightSizing> right_sizing;
-  std::vector<WithinMargin> margins;  ///< 1, 5 and 20 %
-  bool chosen_on_validation = false;  ///< margins and budgets; otherwise on the test set
-  std::vector<WithinBudget> budgets;  ///< those asked for, then five to contacts if timed
+  /// Within 1, 5 and 20 %, then the budgets asked for, then five to contacts if timed.
+  std::vector<SpeedChoice> choices;
+  bool chosen_on_validation = false;  ///< otherwise on the test set
   std::vector<BreakEven> break_even;
   int batch = 0;  ///< frames in a call for frames_per_s
 };

@@ -57,13 +57,13 @@ std::string marks_of(const SpeedPoint& point) {
   return text;
 }
 
-std::string wish_of(const WithinMargin& within) {
-  return "the fastest within " + fixed(100 * within.margin, 0) + " % of the least error";
-}
-
-std::string wish_of(const WithinBudget& budget) {
-  return std::string("the least error with p99 ") + (budget.to_contacts ? "to contacts " : "") +
-         "within " + time_text(budget.us);
+std::string wish_of(const SpeedChoice& choice) {
+  if (choice.margin) {
+    return "the fastest within " + fixed(100 * *choice.margin, 0) + " % of the least error";
+  }
+  const std::string least = "the least error with p99 ";
+  if (choice.budget_us) return least + "within " + time_text(*choice.budget_us);
+  return least + "to contacts within " + time_text(*choice.contacts_budget_us);
 }
 
 std::string contacts_text(const SpeedPoint& point, std::optional<double> LatencySummary::*part) {
@@ -74,8 +74,7 @@ bool any_to_contacts(const SpeedAccuracy& chart) {
   return std::ranges::any_of(chart.points, &SpeedPoint::timed_to_contacts);
 }
 
-template <typename List>
-void add_contact_columns(const SpeedAccuracy& chart, List& columns) {
+void add_contact_columns(const SpeedAccuracy& chart, std::vector<Column>& columns) {
   if (!any_to_contacts(chart)) return;
   columns.push_back("to contacts, p50");
   columns.push_back("to contacts, p99");
@@ -86,16 +85,6 @@ void add_contact_cells(const SpeedAccuracy& chart, const SpeedPoint& point,
   if (!any_to_contacts(chart)) return;
   row.emplace_back(contacts_text(point, &LatencySummary::contacts_p50));
   row.emplace_back(contacts_text(point, &LatencySummary::contacts_p99));
-}
-
-std::vector<Cell> choice_row(const std::string& wish, const SpeedAccuracy& chart,
-                             const std::optional<std::size_t>& choice) {
-  SpeedPoint none;
-  none.label = "none";
-  const SpeedPoint& point = choice ? chart.points[*choice] : none;
-  std::vector<Cell> row = {wish, point.label, error_cell(point), p50_text(point), p99_text(point)};
-  add_contact_cells(chart, point, row);
-  return row;
 }
 
 TableSection choices(const SpeedAccuracy& chart) {
@@ -109,11 +98,13 @@ TableSection choices(const SpeedAccuracy& chart) {
                      "p50",
                      "p99"};
   add_contact_columns(chart, section.columns);
-  for (const WithinMargin& within : chart.margins) {
-    section.rows.push_back(choice_row(wish_of(within), chart, within.point));
-  }
-  for (const WithinBudget& budget : chart.budgets) {
-    section.rows.push_back(choice_row(wish_of(budget), chart, budget.point));
+  SpeedPoint none;
+  none.label = "none";
+  for (const SpeedChoice& choice : chart.choices) {
+    const SpeedPoint& point = choice.point ? chart.points[*choice.point] : none;
+    std::vector<Cell>& row = section.rows.emplace_back();
+    row = {wish_of(choice), point.label, error_cell(point), p50_text(point), p99_text(point)};
+    add_contact_cells(chart, point, row);
   }
   return section;
 }
@@ -267,54 +258,27 @@ Table speed_table(const SpeedAccuracy& chart, const std::string& title) {
 
 TableSection speed_choices(const SpeedAccuracy& chart) {
   TableSection section;
-  section.columns = {{"choice", Align::left},
-                     "margin",
-                     "budget_us",
-                     {"label", Align::left},
-                     "error",
-                     "error_low",
-                     "error_high",
-                     "p50_us",
-                     "p99_us"};
   const bool to_contacts = any_to_contacts(chart);
-  for (const char* title : {"contacts_budget_us", "contacts_p50_us", "contacts_p99_us"}) {
-    if (to_contacts) section.columns.emplace_back(title);
-  }
-  const auto add = [&](const std::string& wish, std::optional<double> margin,
-                       std::optional<double> budget, std::optional<double> contacts_budget,
-                       const std::optional<std::size_t>& choice) {
-    const SpeedPoint point = choice ? chart.points[*choice] : SpeedPoint{};
-    const auto end = [&](double Interval::*which) -> std::optional<double> {
-      return point.error_ci95 ? std::optional((*point.error_ci95).*which) : std::nullopt;
-    };
-    const auto time = [&](double LatencySummary::*which) -> std::optional<double> {
-      return point.latency ? std::optional((*point.latency).*which) : std::nullopt;
-    };
-    const auto contacts = [&](std::optional<double> LatencySummary::*which) {
-      return point.latency ? (*point.latency).*which : std::nullopt;
-    };
+  section.columns = columns_named(
+      std::string("choice margin budget_us label error error_low error_high p50_us p99_us") +
+      (to_contacts ? " contacts_budget_us contacts_p50_us contacts_p99_us" : ""));
+  for (const SpeedChoice& choice : chart.choices) {
+    const SpeedPoint point = choice.point ? chart.points[*choice.point] : SpeedPoint{};
+    const auto time = [&](auto which) { return exact_cell(member_of(point.latency, which)); };
     std::vector<Cell>& row = section.rows.emplace_back();
-    row = {wish,
-           exact_cell(margin),
-           exact_cell(budget),
+    row = {wish_of(choice),
+           exact_cell(choice.margin),
+           exact_cell(choice.budget_us),
            point.label,
            exact_cell(point.error),
-           exact_cell(end(&Interval::low)),
-           exact_cell(end(&Interval::high)),
-           exact_cell(time(&LatencySummary::p50)),
-           exact_cell(time(&LatencySummary::p99))};
-    if (!to_contacts) return;
-    row.push_back(exact_cell(contacts_budget));
-    row.push_back(exact_cell(contacts(&LatencySummary::contacts_p50)));
-    row.push_back(exact_cell(contacts(&LatencySummary::contacts_p99)));
-  };
-  for (const WithinMargin& within : chart.margins) {
-    add(wish_of(within), within.margin, {}, {}, within.point);
-  }
-  for (const WithinBudget& budget : chart.budgets) {
-    const std::optional<double> none;
-    add(wish_of(budget), {}, budget.to_contacts ? none : budget.us,
-        budget.to_contacts ? std::optional(budget.us) : none, budget.point);
+           exact_cell(member_of(point.error_ci95, &Interval::low)),
+           exact_cell(member_of(point.error_ci95, &Interval::high)),
+           time(&LatencySummary::p50),
+           time(&LatencySummary::p99)};
+    if (!to_contacts) continue;
+    row.push_back(exact_cell(choice.contacts_budget_us));
+    row.push_back(time(&LatencySummary::contacts_p50));
+    row.push_back(time(&LatencySummary::contacts_p99));
   }
   return section;
 }

@@ -44,10 +44,6 @@ class SpeedChart : public Chart {
   SpeedQuestion question_;
 };
 
-/// The vertical axis. It reaches a little above the error of the image without contact, or three
-/// times the median of the methods if that is unknown; larger errors are drawn at the upper edge.
-Axis error_axis(const SpeedAccuracy& chart);
-
 /// One of the two panels of the chart, which share the scale of errors.
 struct SpeedPanel {
   Box box;
@@ -67,25 +63,10 @@ struct SpeedPanel {
   double y_of(double error) const { return box.up(errors.share(errors.capped(error))); }  ///< px
 };
 
-SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box);
-SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box);
+SpeedPanel speed_panel(const SpeedAccuracy& chart, const Box& box, bool batches);
 
 /// The corners of the frontier, from the upper edge to the far side, in the panel's units.
-std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
-                                                 const SpeedPanel& panel);
-
-/// The points of one family in the order of the experiment, in the panel's units.
-struct FamilyLine {
-  std::size_t first = 0;  ///< index of its first point
-  std::vector<std::pair<double, double>> points;
-};
-std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel);
-
-/// Segments of the lines in px, which labels should avoid.
-std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel);
-
-/// Boxes in px that labels must leave free: the marks, their whiskers and the staircase.
-std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel);
+Points staircase(const SpeedAccuracy& chart, const SpeedPanel& panel);
 
 /// The labels by descending priority: the frontier and the right sizes, each family that has no
 /// name yet, then points that failed or lie beyond the scale (one name for three or more of a

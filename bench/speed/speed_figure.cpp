@@ -18,14 +18,89 @@ constexpr double mark_radius = 5;  ///< px
 constexpr double ring_radius = 9;
 constexpr std::size_t most_named = 3;  ///< families of at most this size have all points named
 
-/// A logarithmic axis around the values.
-Axis axis_around(const std::vector<double>& values, std::vector<Tick> ticks, std::string title) {
-  Axis axis{1, 10, true, std::move(ticks), std::move(title)};
-  if (values.empty()) return axis;
-  const auto [least, most] = std::ranges::minmax_element(values);
-  axis.low = *least / 1.6;
-  axis.high = *most * 1.6;
-  return axis;
+/// The vertical axis. It reaches a little above the error of the image without contact, or three
+/// times the median of the methods if that is unknown; larger errors are drawn at the upper edge.
+Axis error_axis(const SpeedAccuracy& chart) {
+  Span shown{INFINITY, 0};
+  std::vector<double> errors;
+  for (const SpeedPoint& point : chart.points) {
+    if (!point.error) continue;
+    errors.push_back(*point.error);
+    shown.extend(point.error_ci95 ? point.error_ci95->low : *point.error);
+    shown.extend(point.error_ci95 ? point.error_ci95->high : *point.error);
+  }
+  if (shown.high == 0) return Axis::even({0, 1});
+  if (chart.limit) {
+    shown.low = std::min(shown.low, chart.limit_ci95 ? chart.limit_ci95->low : *chart.limit);
+  }
+  Span span{0.85 * shown.low, shown.high + 0.08 * (shown.high - 0.85 * shown.low)};
+  const double limit = 1.12 * chart.nothing.value_or(3 * median(errors));
+  if (span.high > 0.85 * limit) span.high = limit;
+  if (span.low < 0.4 * span.high) span.low = 0;
+  return Axis::even(span);
+}
+
+/// The points of one family in the order of the experiment, in the panel's units.
+struct FamilyLine {
+  std::size_t first = 0;  ///< index of its first point
+  Points points;
+};
+
+std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  std::vector<FamilyLine> out;
+  std::map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    if (!panel.shows(chart, i)) continue;
+    const SpeedPoint& point = chart.points[i];
+    const auto [place, is_new] = places.emplace(point.family, out.size());
+    if (is_new) out.push_back({i, {}});
+    const double far_above = 3 * panel.errors.high;
+    out[place->second].points.emplace_back(*panel.x[i], std::min(*point.error, far_above));
+  }
+  return out;
+}
+
+/// Segments of the lines in px, which labels should avoid.
+std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel) {
+  std::vector<Segment> out;
+  for (const FamilyLine& line : lines) {
+    for (std::size_t i = 1; i < line.points.size(); ++i) {
+      const auto [x1, y1] = line.points[i - 1];
+      const auto [x2, y2] = line.points[i];
+      out.push_back({panel.x_of(x1), panel.y_of(y1), panel.x_of(x2), panel.y_of(y2)});
+    }
+  }
+  return out;
+}
+
+/// Boxes in px that labels must leave free: the marks, their whiskers and the staircase.
+std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  std::vector<Box> out;
+  for (std::size_t i = 0; i < chart.points.size(); ++i) {
+    if (!panel.shows(chart, i)) continue;
+    const SpeedPoint& point = chart.points[i];
+    const double x = panel.x_of(*panel.x[i]);
+    const double y = panel.y_of(*point.error);
+    const double r = point.right_size ? ring_radius : mark_radius;
+    out.push_back(Box::around(x, y, r));
+    if (!panel.batches) {
+      out.push_back({x, y - 2, panel.x_of(point.latency->p99) + 2, y + 2});
+    }
+    if (point.error_ci95) {
+      out.push_back(
+          {x - 2, panel.y_of(point.error_ci95->high), x + 2, panel.y_of(point.error_ci95->low)});
+    }
+  }
+  const auto steps = staircase(chart, panel);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    const double x1 = panel.x_of(steps[i - 1].first);
+    const double x2 = panel.x_of(steps[i].first);
+    const double y1 = panel.y_of(steps[i - 1].second);
+    const double y2 = panel.y_of(steps[i].second);
+    out.push_back(
+        {std::min(x1, x2) - 1, std::min(y1, y2) - 1, std::max(x1, x2) + 1, std::max(y1, y2) + 1});
+  }
+  return out;
 }
 
 // Places and sizes in px.
@@ -57,8 +132,8 @@ class SpeedDrawing {
   }
 
   void draw(const std::filesystem::path& stem) {
-    plot(latency_panel(chart_, left_box));
-    plot(batch_panel(chart_, right_box));
+    plot(speed_panel(chart_, left_box, false));
+    plot(speed_panel(chart_, right_box, true));
     without_numbers();
     legend_.draw(canvas_, legend_top);
     canvas_.draw(stem);
@@ -218,71 +293,43 @@ class SpeedDrawing {
 
 }  // namespace
 
-Axis error_axis(const SpeedAccuracy& chart) {
-  double least = INFINITY;
-  double most = 0;
-  std::vector<double> errors;
-  for (const SpeedPoint& point : chart.points) {
-    if (!point.error) continue;
-    errors.push_back(*point.error);
-    least = std::min(least, point.error_ci95 ? point.error_ci95->low : *point.error);
-    most = std::max(most, point.error_ci95 ? point.error_ci95->high : *point.error);
-  }
-  if (most == 0) return Axis::even({0, 1});
-  if (chart.limit) least = std::min(least, chart.limit_ci95 ? chart.limit_ci95->low : *chart.limit);
-  Span span{0.85 * least, most + 0.08 * (most - 0.85 * least)};
-  const double limit = 1.12 * chart.nothing.value_or(3 * median(errors));
-  if (span.high > 0.85 * limit) span.high = limit;
-  if (span.low < 0.4 * span.high) span.low = 0;
-  return Axis::even(span);
-}
-
-SpeedPanel latency_panel(const SpeedAccuracy& chart, const Box& box) {
+SpeedPanel speed_panel(const SpeedAccuracy& chart, const Box& box, bool batches) {
   SpeedPanel panel{box,
                    {},
                    error_axis(chart),
-                   "latency of one frame, one thread: lower left is better",
+                   batches ? "throughput, one thread: lower right is better"
+                           : "latency of one frame, one thread: lower left is better",
                    {},
-                   &SpeedPoint::frontier,
-                   false};
-  panel.errors.title = "mean " + axis_title(chart.metric);
-  std::vector<double> ends;
+                   batches ? &SpeedPoint::batch_frontier : &SpeedPoint::frontier,
+                   batches};
+  if (!batches) panel.errors.title = "mean " + axis_title(chart.metric);
+  Span shown;
   for (const SpeedPoint& point : chart.points) {
-    panel.x.push_back(point.latency ? std::optional(point.latency->p50) : std::nullopt);
-    if (point.measured()) ends.insert(ends.end(), {point.latency->p50, point.latency->p99});
+    panel.x.push_back(batches ? point.frames_per_s
+                              : member_of(point.latency, &LatencySummary::p50));
+    if (!panel.x.back() || !point.error) continue;
+    shown.extend(*panel.x.back());
+    if (!batches) shown.extend(point.latency->p99);
   }
-  panel.axis = axis_around(ends, time_ticks(), "time of one frame, p50 with a whisker to p99");
+  panel.axis = {1, 10, true, batches ? rate_ticks() : time_ticks(),
+                batches ? "frames per second, " + std::to_string(chart.batch) + " at a time"
+                        : "time of one frame, p50 with a whisker to p99"};
+  if (!shown.empty()) {
+    panel.axis.low = shown.low / 1.6;
+    panel.axis.high = shown.high * 1.6;
+  }
   return panel;
 }
 
-SpeedPanel batch_panel(const SpeedAccuracy& chart, const Box& box) {
-  SpeedPanel panel{box,
-                   {},
-                   error_axis(chart),
-                   "throughput, one thread: lower right is better",
-                   {},
-                   &SpeedPoint::batch_frontier,
-                   true};
-  std::vector<double> ends;
-  for (const SpeedPoint& point : chart.points) {
-    panel.x.push_back(point.frames_per_s);
-    if (point.frames_per_s && point.error) ends.push_back(*point.frames_per_s);
-  }
-  panel.axis = axis_around(ends, rate_ticks(),
-                           "frames per second, " + std::to_string(chart.batch) + " at a time");
-  return panel;
-}
-
-std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
-                                                 const SpeedPanel& panel) {
-  std::vector<std::pair<double, double>> corners;
+Points staircase(const SpeedAccuracy& chart, const SpeedPanel& panel) {
+  Points corners;
   for (std::size_t i = 0; i < chart.points.size(); ++i) {
     const SpeedPoint& point = chart.points[i];
     if (point.*panel.frontier) corners.emplace_back(*panel.x[i], *point.error);
   }
   std::ranges::sort(corners);
   if (panel.batches) std::ranges::reverse(corners);
-  std::vector<std::pair<double, double>> steps;
+  Points steps;
   double level = panel.errors.high;
   for (const auto& [x, error] : corners) {
     steps.emplace_back(x, level);
@@ -291,61 +338,6 @@ std::vector<std::pair<double, double>> staircase(const SpeedAccuracy& chart,
   }
   if (!steps.empty()) steps.emplace_back(panel.batches ? panel.axis.low : panel.axis.high, level);
   return steps;
-}
-
-std::vector<FamilyLine> family_lines(const SpeedAccuracy& chart, const SpeedPanel& panel) {
-  std::vector<FamilyLine> out;
-  std::map<std::string, std::size_t> places;
-  for (std::size_t i = 0; i < chart.points.size(); ++i) {
-    if (!panel.shows(chart, i)) continue;
-    const SpeedPoint& point = chart.points[i];
-    const auto [place, is_new] = places.emplace(point.family, out.size());
-    if (is_new) out.push_back({i, {}});
-    const double far_above = 3 * panel.errors.high;
-    out[place->second].points.emplace_back(*panel.x[i], std::min(*point.error, far_above));
-  }
-  return out;
-}
-
-std::vector<Segment> segments_of(const std::vector<FamilyLine>& lines, const SpeedPanel& panel) {
-  std::vector<Segment> out;
-  for (const FamilyLine& line : lines) {
-    for (std::size_t i = 1; i < line.points.size(); ++i) {
-      const auto [x1, y1] = line.points[i - 1];
-      const auto [x2, y2] = line.points[i];
-      out.push_back({panel.x_of(x1), panel.y_of(y1), panel.x_of(x2), panel.y_of(y2)});
-    }
-  }
-  return out;
-}
-
-std::vector<Box> occupied(const SpeedAccuracy& chart, const SpeedPanel& panel) {
-  std::vector<Box> out;
-  for (std::size_t i = 0; i < chart.points.size(); ++i) {
-    if (!panel.shows(chart, i)) continue;
-    const SpeedPoint& point = chart.points[i];
-    const double x = panel.x_of(*panel.x[i]);
-    const double y = panel.y_of(*point.error);
-    const double r = point.right_size ? ring_radius : mark_radius;
-    out.push_back(Box::around(x, y, r));
-    if (!panel.batches) {
-      out.push_back({x, y - 2, panel.x_of(point.latency->p99) + 2, y + 2});
-    }
-    if (point.error_ci95) {
-      out.push_back(
-          {x - 2, panel.y_of(point.error_ci95->high), x + 2, panel.y_of(point.error_ci95->low)});
-    }
-  }
-  const auto steps = staircase(chart, panel);
-  for (std::size_t i = 1; i < steps.size(); ++i) {
-    const double x1 = panel.x_of(steps[i - 1].first);
-    const double x2 = panel.x_of(steps[i].first);
-    const double y1 = panel.y_of(steps[i - 1].second);
-    const double y2 = panel.y_of(steps[i].second);
-    out.push_back(
-        {std::min(x1, x2) - 1, std::min(y1, y2) - 1, std::max(x1, x2) + 1, std::max(y1, y2) + 1});
-  }
-  return out;
 }
 
 std::vector<PointLabel> labels_of(const SpeedAccuracy& chart, const SpeedPanel& panel,

@@ -95,13 +95,7 @@ void require_success(const ProcessEnd& end, const fs::path& log) {
 
 /// Google Benchmark adds each benchmark to its file when that has run.
 std::uint64_t benchmarks_in(const fs::path& file) {
-  const std::string text = contents_of(file);
-  std::uint64_t count = 0;
-  for (auto at = text.find("\"run_name\""); at != std::string::npos;
-       at = text.find("\"run_name\"", at + 1)) {
-    ++count;
-  }
-  return count;
+  return split(contents_of(file), "\"run_name\"").size() - 1;
 }
 
 /// A Google Benchmark program, run as a child process. If it fails, the functions throw

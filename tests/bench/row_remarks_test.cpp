@@ -61,7 +61,7 @@ TEST(RowRemarks, ClocksOfTwoProcessorsAreNotCompared) {
   EXPECT_TRUE(chart.points[0].measured());
   EXPECT_FALSE(chart.points[1].measured());
   EXPECT_NE(chart.points[1].remark.find("another processor"), std::string::npos);
-  EXPECT_EQ(chart.budgets.at(0).point, std::optional<std::size_t>(0));
+  EXPECT_EQ(chart.choices.at(3).point, std::optional<std::size_t>(0));
   EXPECT_TRUE(timing_remarks({rows().data(), 2}).empty());
 }
 

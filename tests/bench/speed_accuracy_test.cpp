@@ -198,7 +198,7 @@ TEST(SpeedAccuracy, BreakEvenIsWhereTheFasterFramesHaveMadeGoodTheFit) {
 
 TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
   const SpeedAccuracy chart = Sample().chart();
-  const SpeedPanel panel = latency_panel(chart, {0, 0, 600, 400});
+  const SpeedPanel panel = speed_panel(chart, {0, 0, 600, 400}, false);
   const auto steps = staircase(chart, panel);
   ASSERT_EQ(steps.size(), 13u);
   EXPECT_EQ(steps.front(), std::pair(1.0, panel.errors.high));
@@ -213,7 +213,7 @@ TEST(SpeedAccuracy, AnErrorBeyondDoingNothingDoesNotStretchTheScale) {
   Sample sample;
   sample.rows.push_back(made_row("svd 104", 4.5, 9752));
   sample.question.labels.push_back("svd 104");
-  const SpeedPanel panel = latency_panel(sample.chart(), {0, 0, 600, 400});
+  const SpeedPanel panel = speed_panel(sample.chart(), {0, 0, 600, 400}, false);
   EXPECT_LT(panel.errors.high, 1.2);
   EXPECT_FALSE(panel.holds(9752));
 }
@@ -320,7 +320,7 @@ TEST(SpeedPanelLabels, AFamilyOfWhichMuchLiesBeyondTheScaleHasOneName) {
     sample.question.labels.push_back(sample.rows.back().label);
   }
   const SpeedAccuracy chart = sample.chart();
-  const SpeedPanel panel = latency_panel(chart, {0, 0, 400, 300});
+  const SpeedPanel panel = speed_panel(chart, {0, 0, 400, 300}, false);
   const auto labels = labels_of(chart, panel, [](const SpeedPoint& point) {
     return point.family == "svd" ? hue(1) : ink::black;
   });
