@@ -3,18 +3,19 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <fstream>
+#include <future>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/errors.h"
 #include "core/files.h"
+#include "core/lists.h"
+#include "core/seconds.h"
 #include "models/networks/torch_runtime.h"
 #include "models/training/adam.h"
-#include "models/training/batch_stream.h"
 #include "models/training/checkpoint.h"
 #include "models/training/objective.h"
 
@@ -43,44 +44,6 @@ TrainingResult training_result_from_json(const nlohmann::json& json) {
   return out;
 }
 
-void TrainingLog::write(const std::filesystem::path& folder) const {
-  const auto write = [&](const std::filesystem::path& aside) {
-    std::ofstream out(aside);
-    out.precision(9);
-    const char* separator = "";
-    for (const std::string& column : columns_) {
-      out << separator << column;
-      separator = ",";
-    }
-    for (const std::vector<double>& row : rows_) {
-      separator = "\n";
-      for (const double value : row) {
-        out << separator << value;
-        separator = ",";
-      }
-    }
-    out << "\n";
-    out.close();
-    if (!out) throw InputError(aside.string() + ": cannot be written; is the disk full?");
-  };
-  replace_file(folder / "training.csv", write, folder / "training.csv.part");
-}
-
-RowMajorMatrix TrainingLog::rows() const {
-  RowMajorMatrix out(static_cast<Eigen::Index>(rows_.size()),
-                     static_cast<Eigen::Index>(columns_.size()));
-  for (Eigen::Index i = 0; i < out.rows(); ++i) {
-    const std::vector<double>& row = rows_[static_cast<std::size_t>(i)];
-    out.row(i) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), out.cols());
-  }
-  return out;
-}
-
-void TrainingLog::set_rows(const RowMajorMatrix& rows) {
-  rows_.clear();
-  for (const auto& row : rows.rowwise()) rows_.emplace_back(row.begin(), row.end());
-}
-
 namespace {
 
 namespace fs = std::filesystem;
@@ -90,14 +53,36 @@ constexpr double least_spread = 1e-4;
 constexpr double warm_up_share = 0.1;
 constexpr double last_rate = 1e-3;  ///< of the largest
 
-class Stopwatch {
+/// The batches of an epoch in their order, on the device of the training.
+class BatchStream {
  public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  /// `scenes` outlives it, and begins no other epoch meanwhile.
+  BatchStream(const TrainingSet& scenes, std::uint64_t batch, std::uint64_t batches,
+              const TrainingPlace& on)
+      : scenes_(scenes), batch_(batch), batches_(batches), on_(on) {}
+
+  /// At most `batches` times.
+  TrainingBatch next() {
+    if (!on_.ahead) return drawn(next_++);
+    TrainingBatch batch = ahead_.valid() ? ahead_.get() : drawn(next_);
+    if (++next_ < batches_) {
+      ahead_ = std::async(std::launch::async, [this, index = next_] { return drawn(index); });
+    }
+    return batch;
   }
 
  private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  TrainingBatch drawn(std::uint64_t index) const {
+    const TrainingBatch batch = scenes_.batch(index * batch_, batch_, on_.threads);
+    return {batch.frames.to(on_.device), batch.truths.to(on_.device)};
+  }
+
+  const TrainingSet& scenes_;
+  std::uint64_t batch_;
+  std::uint64_t batches_;
+  TrainingPlace on_;
+  std::uint64_t next_ = 0;
+  std::future<TrainingBatch> ahead_;
 };
 
 /// Learning rate of one step: a linear rise, then a cosine decay.
@@ -117,6 +102,17 @@ std::vector<std::string> log_columns(const Objective& objective) {
   return columns;
 }
 
+void write_log(const RowMajorMatrix& log, const Objective& objective, const fs::path& folder) {
+  const auto write = [&](const fs::path& aside) {
+    std::ofstream out(aside);
+    const Eigen::IOFormat csv(9, Eigen::DontAlignCols, ",", "\n");
+    out << joined(log_columns(objective), ",") << "\n" << log.format(csv) << "\n";
+    out.close();
+    if (!out) throw InputError(aside.string() + ": cannot be written; is the disk full?");
+  };
+  replace_file(folder / "training.csv", write, folder / "training.csv.part");
+}
+
 /// State of a training between two epochs.
 class Training {
  public:
@@ -133,7 +129,7 @@ class Training {
         steps_per_epoch_(scenes.size() / batch_),
         mask_(on_device(scenes.mask(), outlet.on.device)),
         optimiser_(parameter_groups(network)),
-        log_(log_columns(objective)) {
+        log_(0, std::ssize(log_columns(objective))) {
     result_.validation_error = std::numeric_limits<double>::infinity();
   }
 
@@ -174,8 +170,8 @@ class Training {
   }
 
   void show(std::uint64_t steps_done) {
-    if (!outlet_.progress || shown_.seconds() < outlet_.progress_interval_s) return;
-    shown_ = {};
+    if (!outlet_.progress || seconds_since(shown_) < outlet_.progress_interval_s) return;
+    shown_ = SteadyClock::now();
     std::string text =
         "epoch " + std::to_string(result_.epochs + 1) + " of " + std::to_string(settings_.epochs);
     if (result_.best_epoch > 0) {
@@ -193,7 +189,7 @@ class Training {
 
   /// Trains and validates for an epoch; false if the loss was not finite.
   bool epoch() {
-    const Stopwatch watch;
+    const SteadyClock::time_point start = SteadyClock::now();
     const auto number = static_cast<std::uint64_t>(result_.epochs);
     scenes_.begin_epoch(number);
     network_.train();
@@ -224,11 +220,11 @@ class Training {
       for (std::size_t t = 0; t < terms.size(); ++t) sums[t + 1] += terms[t];
       show(step + 1);
     }
-    finish_epoch(sums, rate, watch);
+    finish_epoch(sums, rate, start);
     return true;
   }
 
-  void finish_epoch(const std::vector<double>& sums, double rate, const Stopwatch& watch) {
+  void finish_epoch(const std::vector<double>& sums, double rate, SteadyClock::time_point start) {
     const ValidationSet::Score score = validation_.score(network_, outlet_.on.device);
     ++result_.epochs;
     judge(score);
@@ -239,11 +235,12 @@ class Training {
     }
     std::vector<double> row = {static_cast<double>(result_.epochs)};
     for (const double sum : sums) row.push_back(sum / static_cast<double>(steps_per_epoch_));
-    row.insert(row.end(), {score.error, rate, watch.seconds()});
-    log_.add(row);
-    result_.seconds += watch.seconds();
-    log_.write(outlet_.folder);
-    const bool due = saved_.seconds() >= outlet_.checkpoint_interval_s;
+    row.insert(row.end(), {score.error, rate, seconds_since(start)});
+    log_.conservativeResize(log_.rows() + 1, Eigen::NoChange);
+    log_.bottomRows(1) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), std::ssize(row));
+    result_.seconds += seconds_since(start);
+    write_log(log_, objective_, outlet_.folder);
+    const bool due = seconds_since(saved_) >= outlet_.checkpoint_interval_s;
     if (due && !done() && result_.best_epoch > 0) save();
   }
 
@@ -263,7 +260,7 @@ class Training {
 
   Checkpoint state() const {
     return {.result = result_,
-            .log = log_.rows(),
+            .log = log_,
             .network = weights_of(network_),
             .best = best_,
             .optimiser = optimiser_.state(),
@@ -271,7 +268,7 @@ class Training {
   }
 
   void save() {
-    saved_ = {};
+    saved_ = SteadyClock::now();
     fs::path aside = checkpoint_file();
     replace_file(
         checkpoint_file(), [&](const fs::path& to) { write_checkpoint(to, state()); },
@@ -291,7 +288,7 @@ class Training {
     }
     result_ = found.result;
     result_.report.earlier_s = result_.seconds;
-    log_.set_rows(found.log);
+    log_ = found.log;
     copy_values(found.network, weights_of(network_));
     best_ = std::move(found.best);
     optimiser_.set_state(found.optimiser);
@@ -308,11 +305,11 @@ class Training {
   std::uint64_t steps_per_epoch_;
   torch::Tensor mask_;  ///< see sheet_mask
   Adam optimiser_;
-  TrainingLog log_;
+  RowMajorMatrix log_;  ///< [epochs, columns]
   TrainingResult result_;
   NamedTensors best_;  ///< weights of the best epoch; empty before the first
-  Stopwatch saved_;
-  Stopwatch shown_;
+  SteadyClock::time_point saved_ = SteadyClock::now();
+  SteadyClock::time_point shown_ = SteadyClock::now();
 };
 
 }  // namespace

@@ -1,15 +1,14 @@
 #pragma once
 
+#include <torch/types.h>
+
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
-#include <vector>
 
-#include "core/arrays.h"
 #include "models/networks/network.h"
-#include "models/training/batch_stream.h"
 #include "models/training/objective.h"
 #include "models/training/training_set.h"
 #include "solvers/solver.h"
@@ -34,22 +33,11 @@ struct TrainingResult {
 nlohmann::json to_json(const TrainingResult& result);
 TrainingResult training_result_from_json(const nlohmann::json& json);
 
-/// Log of a training, written as training.csv into the work folder, one line for each epoch:
-/// `epoch,loss,<terms>,validation_error,learning_rate,seconds`; losses are means over the epoch's
-/// steps, seconds the epoch's own.
-class TrainingLog {
- public:
-  explicit TrainingLog(std::vector<std::string> columns) : columns_(std::move(columns)) {}
-
-  void add(std::vector<double> row) { rows_.push_back(std::move(row)); }
-  void write(const std::filesystem::path& folder) const;
-
-  RowMajorMatrix rows() const;  ///< [epochs, columns]
-  void set_rows(const RowMajorMatrix& rows);
-
- private:
-  std::vector<std::string> columns_;
-  std::vector<std::vector<double>> rows_;
+/// Where a training runs. The frames are drawn on the CPU everywhere, so that they are the same.
+struct TrainingPlace {
+  torch::Device device = torch::kCPU;
+  int threads = 1;     ///< that draw a batch; whatever their number, the batch is the same
+  bool ahead = false;  ///< draw the next batch while the network learns from the last
 };
 
 /// Files and progress of a training, and where it runs.
@@ -66,6 +54,10 @@ struct TrainingOutlet {
 /// error. Writes a checkpoint after an epoch, at most once in `checkpoint_interval_s`. A training
 /// that finds a checkpoint in its folder continues it and ends with the same weights, bit for bit,
 /// as without the interruption. The network is on the CPU before and after it.
+///
+/// The log, training.csv in the folder, has a line for each epoch: `epoch,loss,<terms>,
+/// validation_error,learning_rate,seconds`; losses are means over the epoch's steps, seconds the
+/// epoch's own.
 ///
 /// The report's status is "diverged" if the loss was not finite (the best weights so far are kept),
 /// "generator collapsed" if the network gives the same image for all frames, or the objective's
