@@ -22,20 +22,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-bool read_whole(char* bytes, std::size_t count) {
+/// Reads or writes so many bytes; false if that fails or ends too early.
+template <typename Byte>
+bool move_whole(auto&& call, int descriptor, Byte* bytes, std::size_t count) {
   while (count > 0) {
-    const ssize_t some = ::read(STDIN_FILENO, bytes, count);
-    if (some < 0 && errno == EINTR) continue;
-    if (some <= 0) return false;
-    bytes += some;
-    count -= static_cast<std::size_t>(some);
-  }
-  return true;
-}
-
-bool write_whole(const char* bytes, std::size_t count) {
-  while (count > 0) {
-    const ssize_t some = ::write(STDOUT_FILENO, bytes, count);
+    const ssize_t some = call(descriptor, bytes, count);
     if (some < 0 && errno == EINTR) continue;
     if (some <= 0) return false;
     bytes += some;
@@ -49,11 +40,14 @@ void answer_frames(std::size_t channels, std::size_t pixels) {
   std::vector<double> frames;
   std::vector<char> images;
   std::uint64_t count = 0;
-  while (read_whole(reinterpret_cast<char*>(&count), sizeof count)) {
+  const auto read = [](auto* to, std::size_t bytes) {
+    return move_whole(::read, STDIN_FILENO, reinterpret_cast<char*>(to), bytes);
+  };
+  while (read(&count, sizeof count)) {
     frames.resize(count * channels);
     images.resize(count * (pixels * sizeof(double) + 1));
-    if (!read_whole(reinterpret_cast<char*>(frames.data()), frames.size() * sizeof(double))) return;
-    if (!write_whole(images.data(), images.size())) return;
+    if (!read(frames.data(), frames.size() * sizeof(double))) return;
+    if (!move_whole(::write, STDOUT_FILENO, images.data(), images.size())) return;
   }
 }
 

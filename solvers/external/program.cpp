@@ -90,31 +90,17 @@ bool row_behind_row(const Rows& rows) {
 
 }  // namespace
 
-/// Buffers to send, with the position reached.
-struct Program::Outgoing {
-  std::span<const std::string_view> parts;
+/// Buffers to send or to fill, with the position reached.
+template <typename Part>
+struct Program::Transfer {
+  std::span<const Part> parts;
   std::size_t part = 0;
-  std::size_t sent = 0;  ///< of that part
+  std::size_t moved = 0;  ///< of that part
 
   bool done() {
-    while (part < parts.size() && sent == parts[part].size()) {
+    while (part < parts.size() && moved == parts[part].size()) {
       ++part;
-      sent = 0;
-    }
-    return part == parts.size();
-  }
-};
-
-/// Buffers to fill, with the position reached.
-struct Program::Incoming {
-  std::span<const std::span<char>> parts;
-  std::size_t part = 0;
-  std::size_t received = 0;
-
-  bool done() {
-    while (part < parts.size() && received == parts[part].size()) {
-      ++part;
-      received = 0;
+      moved = 0;
     }
     return part == parts.size();
   }
@@ -259,7 +245,7 @@ bool Program::write_some(Outgoing& out) {
     std::array<iovec, 8> pieces;
     int count = 0;
     for (std::size_t part = out.part; part < out.parts.size() && count < 8; ++part, ++count) {
-      const std::size_t sent = part == out.part ? out.sent : 0;
+      const std::size_t sent = part == out.part ? out.moved : 0;
       pieces[static_cast<std::size_t>(count)] = {const_cast<char*>(out.parts[part].data()) + sent,
                                                  out.parts[part].size() - sent};
     }
@@ -268,8 +254,8 @@ bool Program::write_some(Outgoing& out) {
     if (written < 0 && errno == EAGAIN) return true;
     if (written < 0) fail_ended();
     for (auto left = static_cast<std::size_t>(written); left > 0;) {
-      const std::size_t here = std::min(left, out.parts[out.part].size() - out.sent);
-      out.sent += here;
+      const std::size_t here = std::min(left, out.parts[out.part].size() - out.moved);
+      out.moved += here;
       left -= here;
       out.done();
     }
@@ -279,12 +265,12 @@ bool Program::write_some(Outgoing& out) {
 
 void Program::read_some(Incoming& in) {
   while (!in.done()) {
-    const std::span<char> part = in.parts[in.part].subspan(in.received);
+    const std::span<char> part = in.parts[in.part].subspan(in.moved);
     const ssize_t count = ::read(output_, part.data(), part.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && errno == EAGAIN) return;
     if (count <= 0) fail_ended();
-    in.received += static_cast<std::size_t>(count);
+    in.moved += static_cast<std::size_t>(count);
   }
 }
 

@@ -44,8 +44,10 @@ class Program {
                 double limit_s);
 
  private:
-  struct Outgoing;
-  struct Incoming;
+  template <typename Part>
+  struct Transfer;
+  using Outgoing = Transfer<std::string_view>;
+  using Incoming = Transfer<std::span<char>>;
 
   /// Waits until the child can be read from, if `reading`, or written to, if `writing`; forwards
   /// its standard error meanwhile.
