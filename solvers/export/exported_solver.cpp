@@ -17,7 +17,6 @@
 #include "solvers/check/checked_solver.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/front/front.h"
-#include "solvers/front/front_numbers.h"
 #include "solvers/layered_solver.h"
 #include "solvers/solver_file.h"
 
@@ -60,7 +59,11 @@ SolverToExport load_to_export(const fs::path& file, const MakeSolver& make, bool
     const bool is_told = told && told->is_told();
     if (!front && !is_told) return out;
     out.frame_check = CheckedFile(file, {type, sensor}).frame_check().value_or(Eigen::VectorXd());
-    out.front = front_numbers(sensor, out.solver->masked_channels().electrodes, out.frame_check);
+    if (out.frame_check.size() <= sensor.channels()) {
+      throw InputError("was fitted on too few frames for a front; fit it on 100 or more");
+    }
+    const ElectrodeSet masked = out.solver->masked_channels().electrodes;
+    out.front = FrameCheck(sensor, masked, out.frame_check).front(sensor);
     out.front.told = is_told ? Front::told(sensor) : 0;
     return out;
   } catch (const InputError& error) {

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "solvers/front/frame_check.h"
-#include "solvers/front/front_numbers.h"
 
 namespace ertbench {
 namespace {

@@ -11,7 +11,6 @@
 #include "forward/data/dataset_file.h"
 #include "forward/data/sheet_model.h"
 #include "solvers/decompositions.h"
-#include "solvers/front/front_numbers.h"
 
 namespace ertbench {
 
@@ -119,10 +118,6 @@ Frames read_changes(const FitInput& input) {
 
 }  // namespace
 
-int least_bad_pairs(std::ptrdiff_t pairs) {
-  return static_cast<int>(std::ceil(bad_share * static_cast<double>(pairs)));
-}
-
 FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked) {
   set_sensor(sensor, masked);
   set_reference(uniform_reference(sensor));
@@ -152,7 +147,7 @@ void FrameCheck::set_sensor(const Sensor& sensor, ElectrodeSet masked) {
   for (int e = 0; e < electrode_count_; ++e) {
     const auto used = std::count_if(pair_electrodes_.begin(), pair_electrodes_.end(),
                                     [e](ElectrodeSet set) { return set >> e & 1; });
-    least_bad_.push_back(least_bad_pairs(used));
+    least_bad_.push_back(static_cast<int>(std::ceil(bad_share * static_cast<double>(used))));
     if (used > 0) fewest_bad_ = std::min(fewest_bad_, least_bad_.back());
   }
 }

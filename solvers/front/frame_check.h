@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/frame_front.h"
 #include "forward/sheet/sensor.h"
 #include "solvers/channel_mask.h"
 #include "solvers/solver.h"
@@ -156,6 +157,8 @@ class FrameCheck {
   };
   /// Only after a fit (has_limits).
   Shapes shapes() const;
+  /// What is done with a frame before its image, as data, which tells nothing. Likewise.
+  FrameFront front(const Sensor& sensor) const;
   /// d' of the pairs that are not masked into `out`; `change` [channels], contiguous.
   void means(const double* change, double* out) const { split(change, out); }
   /// Half the squares of the differences of the pairs of two without the `dead` electrodes, and the
@@ -165,6 +168,9 @@ class FrameCheck {
   ElectrodeSet reading_zero(const double* change) const;
 
  private:
+  static constexpr int least_pairs = 12;  ///< that can be asked for their noise, or for others
+  static double square(double x) { return x * x; }
+
   void set_sensor(const Sensor& sensor, ElectrodeSet masked);
   void set_reference(const Eigen::VectorXd& reference);
   void fit(const Frames& changes);

@@ -9,10 +9,8 @@
 #include <vector>
 
 #include "core/arrays.h"
-#include "core/errors.h"
 #include "forward/data/sheet_model.h"
 #include "solvers/front/frame_check.h"
-#include "solvers/front/front_numbers.h"
 
 namespace ertbench {
 namespace {
@@ -84,42 +82,24 @@ FrameCheck::FrameCheck(const Sensor& sensor, ElectrodeSet masked, const Eigen::V
   if (flagging_->flagging_) in.take(1);  // throws
 }
 
-FrameFront front_numbers(const Sensor& sensor, ElectrodeSet masked, const Eigen::VectorXd& packed) {
-  if (packed.size() <= sensor.channels()) {
-    throw InputError("was fitted on too few frames for a front; fit it on 100 or more");
-  }
-  const FrameCheck::Shapes shapes = FrameCheck(sensor, masked, packed).shapes();
-  Unpacking in(packed);
-  const Eigen::VectorXd reference = in.take(sensor.channels());
-  const Eigen::VectorXd noise = in.take(3);
-  const Eigen::VectorXd behind_outside = in.take(4).tail(1);
-  FrameFront out{.electrodes = sensor.electrode_count,
-                 .neighbours = sensor.is_adjacent() ? 1 : 0,
-                 .of_change = behind_outside[0] != 0 ? 1 : 0,
+FrameFront FrameCheck::front(const Sensor& sensor) const {
+  FrameFront out{.electrodes = electrode_count_,
+                 .neighbours = drives_neighbours_ ? 1 : 0,
+                 .of_change = noise_of_change_ ? 1 : 0,
                  .pairs = {},
-                 .users = {},
-                 .least_bad = {},
-                 .reference = {reference.begin(), reference.end()},
+                 .users = pair_electrodes_,
+                 .least_bad = least_bad_,
+                 .reference = {reference_.begin(), reference_.end()},
                  .reference_square = uniform_reference(sensor).array().square().mean(),
-                 .noise = noise[0],
-                 .noise_slope = noise[1],
-                 .limit = noise[2],
-                 .least_size = shapes.least_size,
-                 .residual = shapes.residual,
-                 .residual_slope = shapes.residual_of_square,
+                 .noise = noise_.a,
+                 .noise_slope = noise_.b,
+                 .limit = noise_.limit,
+                 .least_size = least_size_,
+                 .residual = outside_.a,
+                 .residual_slope = outside_.b,
                  .directions = {}};
-  const auto pairs = reciprocal_pairs(sensor);
-  const auto electrodes = electrodes_of_pairs(sensor);
-  for (const Eigen::Index kept : pairs_without(sensor, masked)) {
-    const auto p = static_cast<std::size_t>(kept);
-    out.pairs.insert(out.pairs.end(), pairs[p].begin(), pairs[p].end());
-    out.users.push_back(electrodes[p]);
-  }
-  for (int e = 0; e < sensor.electrode_count; ++e) {
-    out.least_bad.push_back(least_bad_pairs(std::count_if(
-        out.users.begin(), out.users.end(), [e](ElectrodeSet set) { return set >> e & 1; })));
-  }
-  const RowMajorMatrix factors = shapes.factors;
+  for (const auto& pair : pairs_) out.pairs.insert(out.pairs.end(), pair.begin(), pair.end());
+  const RowMajorMatrix factors = shapes().factors;
   out.directions.assign(factors.data(), factors.data() + factors.size());
   return out;
 }
