@@ -1,5 +1,7 @@
 #include "solvers/export/c_source.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -129,38 +131,24 @@ void Writer::add_layer(std::size_t index) {
   const ExportStep& step = program_.steps()[index];
   const ExportProgram::Value& from = program_.value(step.inputs[0]);
   const std::string number = std::to_string(index);
-  const auto fields = [](std::initializer_list<std::pair<const char*, int>> pairs) {
-    std::string line = "     ";
-    for (const auto& [key, value] : pairs) {
-      line += " ." + std::string(key) + " = " + std::to_string(value) + ",";
-    }
-    return line + "\n";
-  };
   const std::string group = std::to_string(group_of(step));
   const std::string each = std::to_string(step_of(from));
   const std::string sum = group + "_" + each;
   sums_[group] = "\n" + filled(part("finish"), {{"N", group}});
   sums_[sum] = "\n" + filled(part("sum"), {{"N", group}, {"STEP", each}});
-  layers_ += "  static const ErtLayer layer_" + number + " = {\n      .sum = ert_sum_" + sum +
-             ", .finish = ert_finish_" + group + ",\n";
-  layers_ += fields({{"from", from.place},
-                     {"rows", from.rows},
-                     {"columns", from.columns},
-                     {"channels", from.channels}});
-  layers_ += fields({{"to", program_.value(step.value).place},
-                     {"out_rows", program_.sum_rows(step)},
-                     {"out_columns", program_.sum_columns(step)},
-                     {"outputs", step.outputs}});
-  layers_ += fields({{"kernel", step.kernel},
-                     {"stride", step.stride},
-                     {"padding", step.padding},
-                     {"group", group_of(step)}});
-  layers_ += fields({{"spread", step.spread},
-                     {"row", step.row},
-                     {"column", step.column},
-                     {"positive", step.relu ? 1 : 0}});
-  layers_ += fields({{"added", step.added < 0 ? -1 : program_.value(step.added).place},
-                     {"added_channels", step.added < 0 ? 0 : program_.value(step.added).channels}});
+  layers_ += fmt::format(
+      "  static const ErtLayer layer_{} = {{\n"
+      "      .sum = ert_sum_{}, .finish = ert_finish_{},\n"
+      "      .from = {}, .rows = {}, .columns = {}, .channels = {},\n"
+      "      .to = {}, .out_rows = {}, .out_columns = {}, .outputs = {},\n"
+      "      .kernel = {}, .stride = {}, .padding = {}, .group = {},\n"
+      "      .spread = {}, .row = {}, .column = {}, .positive = {},\n"
+      "      .added = {}, .added_channels = {},\n",
+      index, sum, group, from.place, from.rows, from.columns, from.channels, place(step.value),
+      program_.sum_rows(step), program_.sum_columns(step), step.outputs, step.kernel, step.stride,
+      step.padding, group, step.spread, step.row, step.column, step.relu ? 1 : 0,
+      step.added < 0 ? "-1" : place(step.added),
+      step.added < 0 ? 0 : program_.value(step.added).channels);
   layers_ += "      .weights = " + weights(index);
   if (is_int8()) {
     const QuantisedProgram::Step& whole = quantised_.steps[index];
@@ -175,96 +163,81 @@ void Writer::add_layer(std::size_t index) {
   }
   layers_ += "};\n";
   if (step.kind != StepKind::mixture) {
-    calls_ += "  ert_convolve(&layer_" + number + ", numbers);\n";
+    calls_ += fmt::format("  ert_convolve(&layer_{}, numbers);\n", index);
     return;
   }
   parts_.insert("mixture");
   const int components = components_of(step);
-  calls_ += "  ert_mixture(&layer_" + number + ", " + std::to_string(components) + ", " +
-            std::to_string(program_.value(step.inputs[1]).channels / components) + ", " +
-            c_number(least_mixture_share) + ", &numbers[" + place(step.inputs[1]) +
-            "], numbers);\n";
+  calls_ += fmt::format("  ert_mixture(&layer_{}, {}, {}, {}, &numbers[{}], numbers);\n", index,
+                        components, program_.value(step.inputs[1]).channels / components,
+                        c_number(least_mixture_share), place(step.inputs[1]));
 }
 
 void Writer::add_call(std::size_t index) {
   const ExportStep& step = program_.steps()[index];
   const ExportProgram::Value& from = program_.value(step.inputs[0]);
-  const std::string pixels = std::to_string(from.pixels());
-  const std::string channels = std::to_string(from.channels);
-  const std::string in = "(&numbers[" + place(step.inputs[0]) + "], ";
+  const ExportProgram::Value& to = program_.value(step.value);
+  const std::string in = "&numbers[" + place(step.inputs[0]) + "]";
   const std::string out = "&numbers[" + place(step.value) + "]";
+  const auto call = [&](const char* name, const auto&... words) {
+    const std::vector<std::string> all = {fmt::to_string(words)...};
+    calls_ += fmt::format("  {}({});\n", name, joined(all));
+  };
   switch (step.kind) {
     case StepKind::convolve:
     case StepKind::mixture:
       return add_layer(index);
     case StepKind::sums_of_pairs:
       parts_.insert("sums");
-      calls_ += "  ert_sum_pairs(" + constants_.add("uint16_t", "ert_pairs", step.indices, 2) +
-                ", " + in.substr(1) + out + ", " + std::to_string(step.indices.size() / 2) + ");\n";
-      return;
+      return call("ert_sum_pairs", constants_.add("uint16_t", "ert_pairs", step.indices, 2), in,
+                  out, step.indices.size() / 2);
     case StepKind::gather:
       parts_.insert("gather");
-      calls_ += "  ert_gather(" + constants_.add("int16_t", "ert_sources", step.indices, 2) + ", " +
-                in.substr(1) + out + ", " + std::to_string(step.indices.size()) + ");\n";
-      return;
+      return call("ert_gather", constants_.add("int16_t", "ert_sources", step.indices, 2), in, out,
+                  step.indices.size());
     case StepKind::pool:
       parts_.insert("pool");
-      calls_ += "  ert_pool" + in + std::to_string(from.columns) + ", " + channels + ", " + out +
-                ", " + std::to_string(program_.value(step.value).rows) + ", " +
-                std::to_string(program_.value(step.value).columns) + ");\n";
-      return;
+      return call("ert_pool", in, from.columns, from.channels, out, to.rows, to.columns);
     case StepKind::prelu: {
       use("prelu");
       const std::string name = "ert_slopes_" + std::to_string(index);
-      calls_ += "  ert_prelu(" +
-                (is_int8() ? constants_.add("int32_t", name, quantised_.steps[index].factors, 4)
-                           : constants_.add("float", name, step.weights, 4)) +
-                ", " + in.substr(1) + std::to_string(from.size()) + ", " + channels + ", " + out +
-                ");\n";
-      return;
+      return call("ert_prelu",
+                  is_int8() ? constants_.add("int32_t", name, quantised_.steps[index].factors, 4)
+                            : constants_.add("float", name, step.weights, 4),
+                  in, from.size(), from.channels, out);
     }
     case StepKind::join: {
       use("join");
       int first = 0;
       for (std::size_t i = 0; i < step.inputs.size(); ++i) {
         const int own = program_.value(step.inputs[i]).channels;
-        calls_ += "  ert_join(&numbers[" + place(step.inputs[i]) + "], " + pixels + ", " +
-                  std::to_string(own) + ", " + out + ", " + std::to_string(first) + ", " +
-                  std::to_string(program_.value(step.value).channels) +
-                  (is_int8() ? ", " + std::to_string(quantised_.steps[index].factors[i]) : "") +
-                  ");\n";
+        calls_ +=
+            fmt::format("  ert_join(&numbers[{}], {}, {}, {}, {}, {}{});\n", place(step.inputs[i]),
+                        from.pixels(), own, out, first, to.channels,
+                        is_int8() ? fmt::format(", {}", quantised_.steps[index].factors[i]) : "");
         first += own;
       }
       return;
     }
     case StepKind::shuffle:
       parts_.insert("shuffle");
-      calls_ += "  ert_shuffle" + in + std::to_string(from.rows) + ", " +
-                std::to_string(from.columns) + ", " + out + ");\n";
-      return;
+      return call("ert_shuffle", in, from.rows, from.columns, out);
     case StepKind::sigmoid: {
       const bool image = step.value == program_.output();
       if (is_int8() && image) return;  // a table, where the image is written
       use("sigmoid");
-      std::string table;
-      if (is_int8()) {
-        const double unit = quantised_.values[index_of(step.value)].step;
-        table = constants_.add("uint16_t", "ert_sigmoids_" + std::to_string(index),
-                               sigmoid_table(unit), 2) +
-                ", ";
-      }
-      calls_ += "  ert_sigmoid(" + table + in.substr(1) + std::to_string(from.size()) + ");\n";
-      return;
+      if (!is_int8()) return call("ert_sigmoid", in, from.size());
+      const std::vector<int> table = sigmoid_table(quantised_.values[index_of(step.value)].step);
+      const std::string name = "ert_sigmoids_" + std::to_string(index);
+      return call("ert_sigmoid", constants_.add("uint16_t", name, table, 2), in, from.size());
     }
     case StepKind::summarise:
       use("summarise");
-      calls_ += "  ert_summarise" + in + pixels + ", " + channels + ", " + out + ");\n";
-      return;
+      return call("ert_summarise", in, from.pixels(), from.channels, out);
     case StepKind::weigh:
       use("weigh");
-      calls_ += "  ert_weigh" + in + "&numbers[" + place(step.inputs[1]) + "], " + pixels + ", " +
-                channels + ", " + out + ");\n";
-      return;
+      return call("ert_weigh", in, "&numbers[" + place(step.inputs[1]) + "]", from.pixels(),
+                  from.channels, out);
   }
 }
 

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>

@@ -1,6 +1,5 @@
 #include "solvers/export/onnx_file.h"
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <utility>
