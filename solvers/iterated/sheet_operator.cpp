@@ -49,8 +49,7 @@ double EdgePenalty::value(const Eigen::VectorXd& z) {
 bool EdgePenalty::minimise(const RowMajorMatrix& jacobian, const Eigen::VectorXd& data,
                            const Eigen::VectorXd& now, Eigen::VectorXd& z) {
   const Eigen::Index pairs = jacobian.rows();
-  const Eigen::Index block = GridLaplacian::block;
-  const Eigen::Index padded = (pairs + block - 1) / block * block;
+  const Eigen::Index padded = GridLaplacian::padded(pairs);
   if (smoothing_ <= 0) {
     curvature_.setConstant(2 * weight_);
   } else {
@@ -85,15 +84,6 @@ bool EdgePenalty::minimise(const RowMajorMatrix& jacobian, const Eigen::VectorXd
   return true;
 }
 
-namespace {
-
-Eigen::Index rounded_up(Eigen::Index count) {
-  const Eigen::Index block = GridLaplacian::block;
-  return (count + block - 1) / block * block;
-}
-
-}  // namespace
-
 SheetOperator::SheetOperator(const Sensor& sensor)
     : columns_(sensor.image_columns()),
       rows_(sensor.image_rows()),
@@ -112,7 +102,7 @@ SheetOperator::SheetOperator(const Sensor& sensor)
   }
   const std::vector<int> electrodes = electrode_nodes(sensor, sensor.image_grid);
   const auto count = static_cast<Eigen::Index>(pairs.pairs.size());
-  currents_ = RowMajorMatrix::Zero(edges_.pixels(), rounded_up(count));
+  currents_ = RowMajorMatrix::Zero(edges_.pixels(), GridLaplacian::padded(count));
   for (Eigen::Index k = 0; k < count; ++k) {
     const ElectrodePair& pair = pairs.pairs[static_cast<std::size_t>(k)];
     currents_(electrodes[static_cast<std::size_t>(pair.first)], k) -= 1;

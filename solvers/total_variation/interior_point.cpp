@@ -230,8 +230,8 @@ Eigen::Index InteriorPoint::useful_channels() const {
   // The other channels have s^2 below alpha / 100, small beside the weight of any edge.
   const double least = 0.1 * std::sqrt(alpha_);
   const auto useful = (problem_.singular_values().array() >= least).count();
-  const Eigen::Index block = GridLaplacian::block;
-  return std::clamp<Eigen::Index>((useful + block - 1) / block * block, block, data_.size());
+  return std::clamp<Eigen::Index>(GridLaplacian::padded(useful), GridLaplacian::block,
+                                  data_.size());
 }
 
 /// The Newton direction to z+ (1 - y) = above_target, z- (1 + y) = below_target.

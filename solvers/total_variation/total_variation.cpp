@@ -229,9 +229,7 @@ TotalVariation::TotalVariation(const TotalVariation& whole, const Sensor& sensor
 
 void TotalVariation::set_right(const Eigen::MatrixXd& right) {
   right_ = right;
-  const Eigen::Index block = GridLaplacian::block;
-  const Eigen::Index padded = (channels() + block - 1) / block * block;
-  jacobian_transposed_ = RowMajorMatrix::Zero(edges_.pixels(), padded);
+  jacobian_transposed_ = RowMajorMatrix::Zero(edges_.pixels(), GridLaplacian::padded(channels()));
   jacobian_transposed_.leftCols(channels()) = right * singular_values_.asDiagonal();
   constant_ = jacobian_transposed_.colwise().sum().transpose();
   constant_gradient_ = jacobian_transposed_ * constant_;

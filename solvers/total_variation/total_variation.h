@@ -62,6 +62,8 @@ class GridLaplacian {
  public:
   /// Number of right-hand sides that are solved together.
   static constexpr Eigen::Index block = 16;
+  /// The next multiple of that.
+  static Eigen::Index padded(Eigen::Index columns) { return (columns + block - 1) / block * block; }
 
   explicit GridLaplacian(int grid) : GridLaplacian(grid, grid) {}
   GridLaplacian(int columns, int rows);
