@@ -40,8 +40,6 @@ Eigen::Matrix<double, 2, entries> moves_of(const EllipticContact& contact, const
   return motion * motion_of(contact);
 }
 
-constexpr Index numbers = EllipticContact::parameters;  // of a contact
-
 /// A fit has converged if a step gains less than this of the log posterior.
 constexpr double least_gain = 0.05;
 /// Points of the model while starts are tried.
@@ -230,13 +228,13 @@ void ContactFit::measure(const VectorXd& changes, std::span<const EllipticContac
   workspace.whitened.array() *= workspace.weights.array();
   point.misfit = workspace.whitened.squaredNorm();
   point.objective = point.misfit / 2;
-  point.gradient.setZero(numbers * static_cast<Index>(contacts.size()));
+  point.gradient.setZero(entries * static_cast<Index>(contacts.size()));
   point.prior.setZero(point.gradient.size());
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Index at = numbers * static_cast<Index>(k);
+    const Index at = entries * static_cast<Index>(k);
     point.objective +=
-        prior_.add_to(contacts[k], options_.prior_weight, point.gradient.segment<numbers>(at),
-                      point.prior.segment<numbers>(at));
+        prior_.add_to(contacts[k], options_.prior_weight, point.gradient.segment<entries>(at),
+                      point.prior.segment<entries>(at));
   }
 }
 
@@ -252,7 +250,7 @@ void ContactFit::linearise(Workspace& workspace, Point& point) const {
     columns.array().colwise() *= workspace.weights.array();
   }
   if (!options_.ellipses) {
-    for (Index k = 0; k < columns.cols(); k += numbers) columns.middleCols<2>(k + 3).setZero();
+    for (Index k = 0; k < columns.cols(); k += entries) columns.middleCols<2>(k + 3).setZero();
   }
   point.gradient.noalias() -= columns.transpose() * workspace.whitened;
   point.curvature.noalias() = columns.transpose() * columns;
@@ -263,9 +261,8 @@ double ContactFit::log_evidence(double objective, const MatrixXd& precision,
                                 std::size_t contacts) const {
   const auto number = static_cast<double>(contacts);
   // Only the prior depends on a disc's stretch; its constant and its volume cancel.
-  double out =
-      -objective + std::lgamma(number + 1) +
-      number * prior_.log_constant(options_.prior_weight, model_.sensor().sheet->area(), true);
+  double out = -objective + std::lgamma(number + 1) +
+               number * prior_.log_constant(options_.prior_weight, model_.sensor().sheet->area());
   if (contacts == 0) return out;
   const Eigen::LLT<MatrixXd> factor(precision);
   if (factor.info() != Eigen::Success) return -std::numeric_limits<double>::infinity();

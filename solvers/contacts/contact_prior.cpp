@@ -77,13 +77,13 @@ double ContactPrior::add_to(const EllipticContact& contact, double weight,
   return from_mean.cwiseAbs2().dot(inverse) / 2;
 }
 
-double ContactPrior::log_constant(double weight, double sheet_area, bool ellipse) const {
+double ContactPrior::log_constant(double weight, double sheet_area) const {
   const auto gaussian = [&](double deviation) {
     return std::log(weight / (2 * pi)) / 2 - std::log(deviation);
   };
   return -std::log(sheet_area) + gaussian(log_size_deviation) + gaussian(log_ratio_deviation) -
          (may_fall && may_rise ? std::numbers::ln2 : 0) +  // half of it for either sign
-         (ellipse ? 2 * gaussian(stretch_deviation) : 0);
+         2 * gaussian(stretch_deviation);
 }
 
 nlohmann::json to_json(const ContactPrior& prior) {

@@ -1,10 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cmath>
 #include <nlohmann/json_fwd.hpp>
-#include <span>
-#include <string>
 
 #include "core/json.h"
 #include "forward/border/contact_electrodes.h"
@@ -37,9 +34,8 @@ struct ContactPrior {
   double add_to(const EllipticContact& contact, double weight,
                 Eigen::Ref<EllipticContact::Vector> gradient,
                 Eigen::Ref<EllipticContact::Vector> curvature) const;
-  /// Logarithm of the density's constant for an ellipse or a disc; `sheet_area` in squared domain
-  /// units.
-  double log_constant(double weight, double sheet_area, bool ellipse) const;
+  /// Logarithm of the density's constant, of an ellipse; `sheet_area` in squared domain units.
+  double log_constant(double weight, double sheet_area) const;
 };
 
 nlohmann::json to_json(const ContactPrior& prior);
