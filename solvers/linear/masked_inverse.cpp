@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -12,10 +13,8 @@
 namespace ertbench {
 namespace {
 
-/// Square root of the diagonal of J^T J.
-Eigen::VectorXd sensitivities(const Eigen::MatrixXd& jacobian) {
-  return jacobian.colwise().norm().transpose();
-}
+/// In the order of Prior.
+constexpr std::array<const char*, 3> prior_names = {"tikhonov", "noser", "laplace"};
 
 /// The Laplacian of a path of n pixels has the eigenvectors cos(pi k (i + 1/2) / n) and the
 /// eigenvalues 2 - 2 cos(pi k / n). The grid's has products of the vectors and sums of the values.
@@ -47,61 +46,24 @@ PriorFactors laplace_factors(int columns, int rows) {
   return {shaping, true};
 }
 
-/// Columns of the image; those of a square one if `columns` is 0.
-int columns_of(const Eigen::MatrixXd& jacobian, int columns) {
-  return columns > 0
-             ? columns
-             : static_cast<int>(std::lround(std::sqrt(static_cast<double>(jacobian.cols()))));
-}
-
 }  // namespace
 
 Prior prior_from_name(const std::string& name) {
-  for (const Prior prior : {Prior::tikhonov, Prior::noser, Prior::laplace}) {
-    if (name == name_of(prior)) return prior;
-  }
-  throw std::invalid_argument("no prior is called " + name);
+  const auto found = std::find(prior_names.begin(), prior_names.end(), name);
+  if (found == prior_names.end()) throw std::invalid_argument("no prior is called " + name);
+  return static_cast<Prior>(found - prior_names.begin());
 }
 
-const char* name_of(Prior prior) {
-  switch (prior) {
-    case Prior::tikhonov:
-      return "tikhonov";
-    case Prior::noser:
-      return "noser";
-    default:
-      return "laplace";
-  }
-}
-
-Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian, int columns) {
-  const Eigen::Index pixels = jacobian.cols();
-  if (prior == Prior::tikhonov) return Eigen::MatrixXd::Identity(pixels, pixels);
-  if (prior == Prior::noser) return sensitivities(jacobian).asDiagonal();
-  const Eigen::Index n = columns_of(jacobian, columns);
-  Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(pixels, pixels);
-  const auto join = [&](Eigen::Index p, Eigen::Index q) {
-    laplacian(p, p) += 1;
-    laplacian(q, q) += 1;
-    laplacian(p, q) -= 1;
-    laplacian(q, p) -= 1;
-  };
-  for (Eigen::Index p = 0; p < pixels; ++p) {
-    if (p % n < n - 1) join(p, p + 1);
-    if (p / n < pixels / n - 1) join(p, p + n);
-  }
-  return 2 * laplacian;
-}
+const char* name_of(Prior prior) { return prior_names[static_cast<std::size_t>(prior)]; }
 
 PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns) {
   const Eigen::Index pixels = jacobian.cols();
   if (prior == Prior::tikhonov) return {Eigen::MatrixXd::Identity(pixels, pixels), false};
   if (prior == Prior::laplace) {
-    const int across = columns_of(jacobian, columns);
-    return laplace_factors(across, static_cast<int>(pixels) / across);
+    return laplace_factors(columns, static_cast<int>(pixels) / columns);
   }
   // Pixels to which no channel is sensitive stay zero.
-  const Eigen::VectorXd s = sensitivities(jacobian);
+  const Eigen::VectorXd s = jacobian.colwise().norm().transpose();
   const double unseen = 1e-14 * s.maxCoeff();
   const Eigen::VectorXd shaping =
       s.unaryExpr([unseen](double v) { return v > unseen ? 1 / std::sqrt(v) : 0.0; });

@@ -15,9 +15,6 @@ enum class Prior { tikhonov, noser, laplace };
 Prior prior_from_name(const std::string& name);  ///< "tikhonov", "noser", "laplace"
 const char* name_of(Prior prior);
 
-/// R^T R [pixels, pixels] for J [m, pixels]; `columns` of the image, 0 for a square one.
-Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
-
 /// Factored form of the prior: the image is E y + c 1 with |R (E y + c 1)| = |y|. The constant c is
 /// free if R^T R maps constant images to zero, else 0.
 struct PriorFactors {
@@ -25,7 +22,8 @@ struct PriorFactors {
   bool free_constant;
 };
 
-PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns = 0);
+/// For J [m, pixels]; `columns` of the image.
+PriorFactors prior_factors(Prior prior, const Eigen::MatrixXd& jacobian, int columns);
 
 /// A linear solver's image of one frame by itself, where that is no fixed matrix times the frame.
 class FrameInverse {

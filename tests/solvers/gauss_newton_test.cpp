@@ -9,8 +9,8 @@
 #include "core/random.h"
 #include "forward/data/generate.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/linear/masked_inverse.h"
 #include "tests/solvers/fault_frames.h"
+#include "tests/solvers/prior_matrix.h"
 
 namespace ertbench {
 namespace {

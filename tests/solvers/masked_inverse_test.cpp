@@ -9,6 +9,7 @@
 #include "forward/sheet/sensor_json.h"
 #include "solvers/decompositions.h"
 #include "tests/solvers/fault_frames.h"
+#include "tests/solvers/prior_matrix.h"
 #include "tests/solvers/total_variation_reference.h"
 
 namespace ertbench {

@@ -5,7 +5,7 @@
 #include "core/errors.h"
 #include "forward/data/sheet_model.h"
 #include "forward/fem/forward_model.h"
-#include "solvers/linear/masked_inverse.h"
+#include "tests/solvers/prior_matrix.h"
 #include "tests/solvers/solver_testing.h"
 
 namespace ertbench {
@@ -98,7 +98,7 @@ TEST(PriorFactors, ReproduceTheirMatrix) {
   const Eigen::MatrixXd jacobian = ForwardModel(sensor, 8).jacobian();
   for (const Prior prior : {Prior::tikhonov, Prior::noser, Prior::laplace}) {
     const Eigen::MatrixXd matrix = prior_matrix(prior, jacobian);
-    const PriorFactors factors = prior_factors(prior, jacobian);
+    const PriorFactors factors = prior_factors(prior, jacobian, 8);
     const Eigen::Index n = factors.shaping.cols();
     EXPECT_EQ(n, factors.free_constant ? 63 : 64);
     const Eigen::MatrixXd product = factors.shaping.transpose() * matrix * factors.shaping;
