@@ -167,12 +167,22 @@ Calibration calibrate(const Sensor& sensor, const Frames& frames) {
   const BorderModel model(sensor);
   const Eigen::VectorXd& expected = model.reference_voltages();
   const Eigen::VectorXd filled = filled_reference(sensor, out.reference, expected);
-  const Eigen::VectorXd live = (filled.array() == out.reference.array()).select(expected, 0.0);
-  out.level = out.reference.dot(live) / live.squaredNorm();
-  out.background = sensor.background / out.level;
-  out.misfit = out.reference.norm() > 0
-                   ? (out.reference - out.level * live).norm() / out.reference.norm()
-                   : 1;
+  Eigen::VectorXd live = (filled.array() == out.reference.array()).select(expected, 0.0);
+  double level = out.reference.dot(live) / live.squaredNorm();
+  out.level = level;
+  out.background = sensor.background / level;
+  // Voltages go with the inverse of the background but for contact impedances, which stay.
+  if (sensor.electrode_model == ElectrodeModel::complete && level > 0) {
+    Sensor fitted = sensor;
+    for (int step = 0; step < 50 && std::abs(level - 1) > 1e-9; ++step) {
+      fitted.background = out.background;
+      live = (live.array() != 0).select(BorderModel(fitted).reference_voltages(), 0.0);
+      level = out.reference.dot(live) / live.squaredNorm();
+      out.background /= level;
+    }
+  }
+  out.misfit =
+      out.reference.norm() > 0 ? (out.reference - level * live).norm() / out.reference.norm() : 1;
   out.snr_absolute = decibels(out.reference.norm(), out.noise.norm());
   out.snr_white = decibels(out.reference.norm(), out.white_noise.norm());
   out.snr_difference =

@@ -69,6 +69,21 @@ TEST(Calibration, FindsTheNoiseThatIsThere) {
   EXPECT_TRUE(c.dead_electrodes.empty());
 }
 
+// A contact impedance stays as it is where the sheet conducts better: the level alone would say 7 %
+// too much.
+TEST(Calibration, FindsTheBackgroundBehindContactImpedances) {
+  Sensor declared;
+  declared.electrode_model = ElectrodeModel::complete;
+  declared.electrode_width = 0.15;
+  declared.contact_impedance = 0.02;
+  Sensor there = declared;
+  there.background = 1;
+  const Calibration c = calibrate(declared, frames_without_contact(there, 1, 0));
+  EXPECT_NEAR(c.background, 1, 1e-3);
+  EXPECT_LT(c.misfit, 1e-2);
+  EXPECT_GT(std::abs(declared.background / c.level - 1), 0.02);
+}
+
 TEST(Calibration, TellsDriftFromNoise) {
   const Sensor sensor;
   const Calibration c = calibrate(sensor, frames_without_contact(sensor, 1, 0.02));
