@@ -69,8 +69,8 @@ TEST(Calibration, FindsTheNoiseThatIsThere) {
   EXPECT_TRUE(c.dead_electrodes.empty());
 }
 
-// A contact impedance stays as it is where the sheet conducts better: the level alone would say 7 %
-// too much.
+// A contact impedance stays as it is where the sheet conducts better, so that the voltages' level
+// alone does not tell the background.
 TEST(Calibration, FindsTheBackgroundBehindContactImpedances) {
   Sensor declared;
   declared.electrode_model = ElectrodeModel::complete;

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Budgets {
-  std::size_t lines = 88710;        ///< of all C++ outside tests/
+  std::size_t lines = 87200;        ///< of all C++ outside tests/
   std::size_t files = 506;          ///< of C++ outside tests/
   std::size_t median_lines = 110;   ///< of these files, at least
   std::size_t longest_lines = 450;  ///< of any of these files
