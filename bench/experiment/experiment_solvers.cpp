@@ -390,7 +390,8 @@ std::vector<SolverEntry> read_solvers(JsonObject& root, const Experiment& experi
                                       SolverRegistry& registry, SolverCheck check) {
   std::vector<ReadEntry> all;
   // Labels, and names of files.
-  std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair"};
+  std::set<std::string> taken = {"truth", "no-contact", "limit-oracle", "limit-fair",
+                                 "limit-lower"};
   std::map<std::string, int> unlabelled;  // by type
   for (const JsonObject& object : root.objects("solvers")) {
     const SolverEntry* previous = nullptr;

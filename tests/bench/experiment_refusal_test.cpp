@@ -39,6 +39,7 @@ const Broken broken[] = {
     {"/solvers/0/label", "\"../../etc\"", "/solvers/0/label", "letters"},
     {"/solvers/0/label", "\"pdipm\"", "/solvers/2/label", "taken", false},
     {"/solvers/0/label", "\"truth\"", "/solvers/0/label", "taken", false},
+    {"/solvers/0/label", "\"limit-lower\"", "/solvers/0/label", "taken", false},
     {"/solvers", "[]", "/solvers", "at least one"},
     {"/solvers", "{}", "/solvers", "array"},
     {"/solvers", "remove", "/solvers", "missing"},
