@@ -104,7 +104,7 @@ std::optional<HeatMap> ladder_map_of(const std::string& title,
 
 /// Draws one axis for all solvers that climbed it, as `stem`.svg and `stem`.png: above, the share
 /// of failing frames over the level, with the limit beyond which a solver fails; below, the median
-/// relative error with whiskers from 5 to 95 %. The mildest level is on the left. More than eight
+/// relative error with whiskers from 5 to 95 %. The mildest level is on the left. More than seven
 /// solvers are divided among several columns with the same axes. Throws InputError if gnuplot is
 /// missing or a file cannot be written.
 void draw_ladder_chart(const Ladders& ladders, const LadderAxis& axis,
