@@ -226,7 +226,7 @@ InputPlace input_place(const std::string& text) {
     place.kind = InputPlace::Kind::serial;
     place.name = behind("serial:");
     if (const auto baud = number_behind_at(place.name)) {
-      if (*baud < 1 || *baud > 1e8)
+      if (!(*baud >= 1 && *baud <= 1e8))
         throw InputError("--input: no such baud rate in " + printable(text));
       place.baud = static_cast<int>(*baud);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -79,7 +80,7 @@ void LiveRecord::put(std::vector<Row> rows) {
   {
     const std::lock_guard lock(mutex_);
     if (queue_.size() + rows.size() > most_waiting_rows) {
-      ++not_kept_;
+      not_kept_ += rows.size();
       return;
     }
     for (Row& row : rows) queue_.push_back(std::move(row));
@@ -283,7 +284,7 @@ QuietFrames read_quiet(const std::string& text, const Sensor& sensor, const Chan
   if (const auto at = text.rfind('@'); at != std::string::npos) {
     const char* const end = text.data() + text.size();
     const auto read = std::from_chars(text.data() + at + 1, end, rate);
-    if (read.ec != std::errc() || read.ptr != end || !(rate > 0)) {
+    if (read.ec != std::errc() || read.ptr != end || !(rate > 0 && std::isfinite(rate))) {
       throw InputError("--quiet: must be FILE.h5 or FILE.h5@RATE, got \"" + printable(text) + "\"");
     }
   }

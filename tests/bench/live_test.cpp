@@ -223,7 +223,7 @@ TEST(InputPlace, ReadsAllForms) {
   EXPECT_EQ(replay.rate, 62.5);
   EXPECT_FALSE(input_place("replay:a@b.h5").rate);
   for (const char* wrong : {"", "frames.h5", "udp://:9000", "udp://127.0.0.1", "udp://h:70000",
-                            "replay:a.h5@0", "replay:a.h5@-3"}) {
+                            "replay:a.h5@0", "replay:a.h5@-3", "serial:a@nan"}) {
     EXPECT_THROW(input_place(wrong), InputError) << wrong;
   }
 }
