@@ -2,11 +2,8 @@
 
 #include "tests/bench/program.h"
 
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -107,24 +104,6 @@ TEST(Program, RepeatedRunComputesNothingTwice) {
   ASSERT_EQ(run_program(folder.path(), "run small.json --fresh --only tsvd").exit_code, 0);
   EXPECT_NE(ages(), before);
   EXPECT_EQ(lasting_part(summary_of(folder / "results/small")), lasting_part(first));
-}
-
-TEST(Program, RefusesAFolderThatAnotherRunWritesInto) {
-  const TemporaryFolder folder("taken");
-  write_text(folder / "small.json", small_experiment().dump());
-  const Outcome first = run_program(folder.path(), "run small.json --out out");
-  ASSERT_EQ(first.exit_code, 0) << first.output;
-  const int taken = ::open((folder / "out/.running").c_str(), O_RDWR);
-  ASSERT_GE(taken, 0);
-  ASSERT_EQ(::flock(taken, LOCK_EX), 0);
-  const std::string before = read_text(folder / "out/summary.json");
-  const Outcome second = run_program(folder.path(), "run small.json --fresh --out out");
-  EXPECT_EQ(second.exit_code, 2);
-  EXPECT_NE(second.output.find("is running into this folder; wait for its end"), std::string::npos)
-      << second.output;
-  EXPECT_EQ(read_text(folder / "out/summary.json"), before);
-  ::close(taken);
-  EXPECT_EQ(run_program(folder.path(), "run small.json --out out").exit_code, 0);
 }
 
 TEST(Program, KilledAtRandomTimesAndRepeated) {
