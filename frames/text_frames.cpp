@@ -183,10 +183,11 @@ struct Table {
   std::vector<std::string> notes;
 };
 
-/// Whether a protocol in use has so many channels: skipping the electrodes that carry current or
-/// not, each pair once or in both orders.
+/// Whether a protocol of 8, 12, ... 64 electrodes has so many channels: skipping the electrodes
+/// that carry current or not, each pair once or in both orders.
 bool is_usual_count(std::size_t channels) {
-  return std::ranges::any_of(std::views::iota(std::size_t{5}, std::size_t{65}), [&](auto n) {
+  return std::ranges::any_of(std::views::iota(2, 17), [&](int quarter) {
+    const auto n = 4 * static_cast<std::size_t>(quarter);
     const auto is = [&](std::size_t count) { return channels == count || 2 * channels == count; };
     return is(n * (n - 3)) || is(n * (n - 1)) || channels == n * n;
   });
