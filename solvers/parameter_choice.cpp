@@ -30,6 +30,10 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
   return tunable;
 }
 
+void Tunable::require_chosen() const {
+  if (automatic()) throw InputError(place + ": must be a number in a fit; fit the solver again");
+}
+
 Tunable read_weight(JsonObject& object, std::string_view key) {
   constexpr Range weights{1e-20, 1e20};
   Tunable tunable = read_tunable(object, key, Range::positive());

@@ -21,6 +21,8 @@ struct Tunable {
   std::string place;            ///< where it stands, for messages: "a.json: /solvers/2/lambda"
 
   bool automatic() const { return !value.has_value(); }
+  /// Throws InputError where a stored fit has "auto".
+  void require_chosen() const;
 };
 
 /// Reads `key`, "auto" where it is absent. Throws InputError unless it is "auto" or a number in

@@ -155,9 +155,11 @@ std::optional<double> KtcRow::sum() const {
 }
 
 double KtcRow::mean_score() const {
-  double sum = 0;
-  for (const KtcOutcome& outcome : outcomes) sum += outcome.score.value_or(0);
-  return sum / static_cast<double>(outcomes.size());
+  std::vector<double> scores;
+  for (const KtcOutcome& outcome : outcomes) {
+    if (outcome.score) scores.push_back(*outcome.score);
+  }
+  return scores.empty() ? 0 : mean(scores);
 }
 
 double KtcRow::median_time_s() const {
@@ -171,6 +173,12 @@ KtcResults ktc_results(const ExperimentJson& json) {
   KtcSpec spec(json, tank);
   KtcResults results = std::move(spec.results);
   const std::vector<KtcTarget> targets = read_ktc_targets(spec.data);
+  const bool any = std::ranges::any_of(targets, [&](const KtcTarget& target) {
+    return target.any_level || std::ranges::find(spec.levels, target.level) != spec.levels.end();
+  });
+  if (!any)
+    throw InputError(json.source + ": /levels: no target in " + printable_path(spec.data.string()) +
+                     " is of these levels");
   std::map<fs::path, KtcReference> references;
   for (const KtcTarget& target : targets) {
     results.simulated_levels |= target.any_level;

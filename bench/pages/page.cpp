@@ -146,6 +146,7 @@ class Page {
       out += pattern.substr(at, open - at);
       if (open == std::string::npos) return out;
       at = end_of(pattern, open);
+      if (at == std::string::npos) throw InputError("\"}\" is missing");
       out += cell(pattern.substr(open + 1, at - open - 2), row);
     }
   }

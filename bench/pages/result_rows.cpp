@@ -169,9 +169,10 @@ const json& value_in(const json& row, const std::string& column) {
   }
   for (const std::string& key : keys) {
     if (value->is_array()) {
-      const auto index = static_cast<std::size_t>(std::atoi(key.c_str()));
-      if (index >= value->size()) return none;
-      value = &value->at(index);
+      const auto index = whole_number<std::size_t>(key);
+      if (!index) throw InputError(column + ": \"" + key + "\" is no place in a list");
+      if (*index >= value->size()) return none;
+      value = &value->at(*index);
     } else {
       if (!value->is_object() || !value->contains(key)) return none;
       value = &value->at(key);

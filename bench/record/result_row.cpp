@@ -110,6 +110,9 @@ void visit(Fields& fields, LatencySummary& latency) {
   fields.number("pipe", latency.pipe, {});
   fields.number("contacts_p50", latency.contacts_p50, {});
   fields.number("contacts_p99", latency.contacts_p99, {});
+  if (latency.contacts_p50.has_value() != latency.contacts_p99.has_value()) {
+    fields.fail("contacts_p99", "is there only beside contacts_p50");
+  }
 }
 
 void visit(Fields& fields, TimingPlace& place) {

@@ -345,8 +345,7 @@ void GaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) 
   const Hdf5File opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
-  if (lambda_.automatic())
-    throw InputError(file.string() + ": has no lambda; fit the solver again");
+  lambda_.require_chosen();
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   opened.require_shape("/gains", {static_cast<std::uint64_t>(sensor.channels())});
   Eigen::MatrixXd shaping;

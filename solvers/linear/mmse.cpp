@@ -117,7 +117,7 @@ void LinearMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
   const Hdf5File opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
-  if (ridge_.automatic()) throw InputError(file.string() + ": has no ridge; fit the solver again");
+  ridge_.require_chosen();
   const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   opened.require_shape("/changes", {pairs, pairs});
@@ -240,7 +240,7 @@ void MixtureMmse::load(const std::filesystem::path& file, const Sensor& sensor) 
   const Hdf5File opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
-  if (ridge_.automatic()) throw InputError(file.string() + ": has no ridge; fit the solver again");
+  ridge_.require_chosen();
   const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   const std::uint64_t count = opened.require_shape("/weights", {0}).front();

@@ -178,6 +178,7 @@ void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& s
   const Hdf5File opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
+  lambda_.require_chosen();
   load_matrix(opened, sensor);
 }
 

@@ -178,6 +178,7 @@ void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor)
   const Hdf5File opened = open_solver_file(file, type, sensor);
   const nlohmann::json parameters = parameters_of_fit(opened);
   read(JsonObject(parameters, file.string(), "/parameters"));
+  cut_.require_chosen();
   if (opened.has_attribute("/", "least_singular_value")) {
     least_kept_ = opened.read_number("/", "least_singular_value");
   }

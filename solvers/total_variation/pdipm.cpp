@@ -115,6 +115,7 @@ void Pdipm::save(const std::filesystem::path& file) const {
 void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
   const nlohmann::json parameters = parameters_of_fit(open_solver_file(file, type, sensor));
   read(JsonObject(parameters, file.string(), "/parameters"));
+  alpha_.require_chosen();
   set_sensor(sensor);
 }
 

@@ -231,6 +231,7 @@ TEST(KtcExperiment, TheEvaluationsFoldersHaveTheirLevels) {
   ASSERT_EQ(row.outcomes.size(), 2u);
   EXPECT_FALSE(row.outcomes[0].score.has_value());  // no truth, no score
   EXPECT_GT(*row.outcomes[1].score, 0.4);
+  EXPECT_EQ(row.mean_score(), *row.outcomes[1].score);
 }
 
 TEST(KtcExperiment, SaysWhatIsMissing) {
@@ -254,6 +255,13 @@ TEST(KtcExperiment, SaysWhatIsMissing) {
   EXPECT_NE(message(read).find("Inj must have 32 rows, it has 16"), std::string::npos);
   EXPECT_NE(message([&] { results_in(folder.path() / "elsewhere", {}); }).find("/data"),
             std::string::npos);
+  const fs::path own = folder.path() / "evaluation_datasets/level3";
+  made.write_reference(own);
+  made.write_data(own / "data1.mat", 3);
+  EXPECT_EQ(message([&] {
+              results_in(folder.path() / "evaluation_datasets", {});
+            }).find("ktc.json: /levels: no target in "),
+            0u);
 }
 
 }  // namespace

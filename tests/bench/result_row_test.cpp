@@ -147,16 +147,20 @@ TEST(ResultRow, PublishedRowsAreRead) {
 }
 
 TEST(ResultRow, NamesThePlaceOfWhatIsWrong) {
-  json written = to_json(sample());
-  written["metrics"]["AR"]["mean"] = "high";
-  try {
-    result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
-    FAIL() << "accepted a mean that is text";
-  } catch (const InputError& e) {
-    EXPECT_NE(std::string(e.what()).find("summary.json: /rows/0/metrics/AR/mean"),
-              std::string::npos)
-        << e.what();
-  }
+  const auto error = [](const char* place, const json& value) -> std::string {
+    json written = to_json(sample());
+    written[json::json_pointer(place)] = value;
+    try {
+      result_row_from_json(JsonObject(written, "summary.json", "/rows/0"));
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(error("/metrics/AR/mean", "high").find("summary.json: /rows/0/metrics/AR/mean"), 0u);
+  EXPECT_EQ(error("/latency_us/contacts_p50", nullptr)
+                .find("summary.json: /rows/0/latency_us/contacts_p99: is there only beside"),
+            0u);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 
 #include "core/errors.h"
 #include "forward/data/generate.h"
+#include "solvers/solver_file.h"
 #include "tests/solvers/solver_testing.h"
 #include "tests/under_sanitizers.h"
 
@@ -182,6 +183,20 @@ TEST_F(OnAValidationSet, TheChoiceIsKept) {
          : std::string(type) == "pdipm" ? "alpha"
                                         : "lambda"] = 5;
     EXPECT_FALSE(make_solver(spec)->parameters().contains("chosen"));
+  }
+}
+
+TEST(StoredFit, HasANumberWhereOneWasToBeChosen) {
+  const TemporaryFolder folder;
+  for (const auto& [type, key] :
+       {std::pair("one-step-gn", "lambda"), std::pair("tsvd", "rank"), std::pair("pdipm", "alpha"),
+        std::pair("lmmse", "ridge"), std::pair("gauss-newton", "lambda")}) {
+    const std::filesystem::path file = folder / (std::string(type) + ".h5");
+    create_solver_file(file, type, {}, {{key, "auto"}});
+    const std::unique_ptr<Solver> solver = make_solver({{"type", type}});
+    EXPECT_EQ(message_of<InputError>([&] { solver->load(file, Sensor{}); }),
+              file.string() + ": /parameters/" + key +
+                  ": must be a number in a fit; fit the solver again");
   }
 }
 
