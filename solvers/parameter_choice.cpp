@@ -170,6 +170,23 @@ ParameterChoice choose_number(const std::string& place, double low, double high,
   return choice;
 }
 
+void Tunable::choose(const Solver& solver, const ValidationFrames& frames, int threads,
+                     std::pair<double, double> range, int per_decade,
+                     const std::function<void(double)>& set) {
+  const auto error_of = [&](double tried) {
+    set(tried);
+    return mean_relative_error(solver, frames, threads);
+  };
+  choice = choose_number(place, range.first, range.second, per_decade,
+                         static_cast<int>(frames.changes.rows()), error_of);
+  value = choice->value;
+}
+
+void Tunable::add_to(nlohmann::json& parameters, const std::string& key) const {
+  parameters[key] = value ? nlohmann::json(*value) : nlohmann::json("auto");
+  if (choice) parameters["chosen"] = to_json(*choice);
+}
+
 nlohmann::json to_json(const ParameterChoice& choice) {
   return {{"rule", rule},
           {"value", choice.value},
@@ -178,8 +195,9 @@ nlohmann::json to_json(const ParameterChoice& choice) {
           {"curve", choice.curve}};
 }
 
-std::optional<ParameterChoice> read_chosen(JsonObject& parameters, std::optional<double> value) {
-  if (!parameters.has("chosen")) return std::nullopt;
+void read_chosen(JsonObject& parameters, Tunable& tunable) {
+  tunable.choice.reset();
+  if (!parameters.has("chosen")) return;
   JsonObject object = parameters.object("chosen");
   ParameterChoice choice;
   object.text("rule");
@@ -192,8 +210,7 @@ std::optional<ParameterChoice> read_chosen(JsonObject& parameters, std::optional
     object.fail("curve", "must be an array of pairs of numbers");
   }
   object.finish();
-  if (choice.value != value) return std::nullopt;
-  return choice;
+  if (choice.value == tunable.value) tunable.choice = choice;
 }
 
 }  // namespace ertbench

@@ -15,14 +15,36 @@
 
 namespace ertbench {
 
+/// The chosen value and the candidates.
+struct ParameterChoice {
+  double value = 0;
+  double error = 0;                              ///< mean relative error at `value`
+  int frames = 0;                                ///< that the mean is taken over
+  std::vector<std::pair<double, double>> curve;  ///< (value, error) tried, values ascending
+};
+
+/// The frames that a choice is made on.
+struct ValidationFrames {
+  Frames changes;  ///< [frames, channels] V, change from the reference voltages
+  Images truths;   ///< [frames, pixels] S/m, change from the background
+};
+
 /// A parameter that is a number, or "auto": chosen on the validation set.
 struct Tunable {
   std::optional<double> value;  ///< none: "auto"
   std::string place;            ///< where it stands, for messages: "a.json: /solvers/2/lambda"
+  std::optional<ParameterChoice> choice = {};  ///< by which the value came about, if it did
 
   bool automatic() const { return !value.has_value(); }
   /// Throws InputError where a stored fit has "auto".
   void require_chosen() const;
+  /// Writes the value as `key`, and the choice as "chosen".
+  void add_to(nlohmann::json& parameters, const std::string& key) const;
+  /// Takes the value by choose_number whose images have the least mean relative error: those that
+  /// `solver` makes of the frames after `set(value)`.
+  void choose(const Solver& solver, const ValidationFrames& frames, int threads,
+              std::pair<double, double> range, int per_decade,
+              const std::function<void(double)>& set);
 };
 
 /// Reads `key`, "auto" where it is absent. Throws InputError unless it is "auto" or a number in
@@ -33,20 +55,12 @@ Tunable read_tunable(JsonObject& object, std::string_view key, Range range, bool
 /// computer can hold: from 1e-20 to 1e20.
 Tunable read_weight(JsonObject& object, std::string_view key);
 
-class JsonObject;
-
 /// How every parameter given as "auto" is chosen, by whichever solver: the value with the least
 /// mean relative error |image - truth| / |truth| of the conductivity change over the first 200
 /// frames of the validation set that hold a contact (of a blank truth the error is not defined).
 /// A frame whose image is undefined counts as error 1, that of the image without any contact;
 /// one that has not converged counts with the image it has.
 inline constexpr int choice_frames = 200;
-
-/// The frames that a choice is made on.
-struct ValidationFrames {
-  Frames changes;  ///< [frames, channels] V, change from the reference voltages
-  Images truths;   ///< [frames, pixels] S/m, change from the background
-};
 
 /// Throws InputError where there is no validation set (`place` is where "auto" stands), where it
 /// is of another sensor, or where no frame of it holds a contact.
@@ -60,14 +74,6 @@ double mean_relative_error(const Images& images, std::span<const FrameReport> re
 /// threads.
 double mean_relative_error(const Solver& solver, const ValidationFrames& frames, int threads);
 
-/// The chosen value and the candidates.
-struct ParameterChoice {
-  double value = 0;
-  double error = 0;                              ///< mean relative error at `value`
-  int frames = 0;                                ///< that the mean is taken over
-  std::vector<std::pair<double, double>> curve;  ///< (value, error) tried, values ascending
-};
-
 using ErrorOf = std::function<double(double value)>;
 
 /// Chooses a number > 0: a ladder of `per_decade` values a decade from `low` to `high`, extended by
@@ -80,7 +86,7 @@ ParameterChoice choose_number(const std::string& place, double low, double high,
 nlohmann::json to_json(const ParameterChoice& choice);
 
 /// Reads the "chosen" of parameters that a solver reported, so that they can be given back to it.
-/// None where it is absent or was made for another value than `value`.
-std::optional<ParameterChoice> read_chosen(JsonObject& parameters, std::optional<double> value);
+/// None where it is absent or was made for another value.
+void read_chosen(JsonObject& parameters, Tunable& tunable);
 
 }  // namespace ertbench

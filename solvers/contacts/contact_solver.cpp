@@ -5,7 +5,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <numeric>
 
 #include "core/errors.h"
 #include "forward/border/border_model.h"
@@ -82,7 +81,7 @@ void ContactSolver::read(JsonObject parameters) {
   noise_ = read_tunable(parameters, "noise", Range::positive());
   most_likely_ = parameters.choice_or("image", "mean", {"mean", "most-likely"}) == "most-likely";
   nuisances_ = Nuisances::from_json(parameters);
-  choice_ = read_chosen(parameters, prior_weight_.value);
+  read_chosen(parameters, prior_weight_);
   mask_ = ChannelMask::from_json(parameters);
   student_ = parameters.choice_or("likelihood", "normal", {"normal", "student"}) == "student";
   if (parameters.has("learned")) {
@@ -99,16 +98,13 @@ nlohmann::json ContactSolver::parameters() const {
                         {"most_contacts", options_.most_contacts},
                         {"model_error", options_.model_error},
                         {"prior", learns_prior_ ? "training" : "broad"},
-                        {"prior_weight", "auto"},
-                        {"noise", "auto"},
                         {"image", most_likely_ ? "most-likely" : "mean"}};
-  if (prior_weight_.value) out["prior_weight"] = *prior_weight_.value;
-  if (noise_.value) out["noise"] = *noise_.value;
+  prior_weight_.add_to(out, "prior_weight");
+  noise_.add_to(out, "noise");
   if (known_ratio_) out["conductivity_ratio"] = {known_ratio_->first, known_ratio_->second};
   nuisances_.add_to(out);
   mask_.add_to(out);
   if (student_) out["likelihood"] = "student";
-  if (choice_) out["chosen"] = to_json(*choice_);
   if (misfit_limit_ > 0) {
     out["learned"] = {{"prior", to_json(prior_)}, {"misfit_limit", misfit_limit_}};
   }
@@ -174,15 +170,12 @@ void ContactSolver::prepare(const Sensor& sensor) {
 
 void ContactSolver::choose_prior_weight(const FitInput& input) {
   const ValidationFrames frames = read_validation_frames(input, prior_weight_.place);
-  const auto error_of = [&](double weight) {
+  const auto set_weight = [&](double weight) {
     options_.prior_weight = weight;
     prepare(input.sensor);
-    return mean_relative_error(*this, frames, input.threads);
   };
-  choice_ = choose_number(prior_weight_.place, 0.1, 10, 2, static_cast<int>(frames.changes.rows()),
-                          error_of);
-  prior_weight_.value = options_.prior_weight = choice_->value;
-  prepare(input.sensor);
+  prior_weight_.choose(*this, frames, input.threads, {0.1, 10}, 2, set_weight);
+  set_weight(*prior_weight_.value);
 }
 
 void ContactSolver::set_misfit_limit(const FitInput& input) {
@@ -360,8 +353,8 @@ void ContactSolver::save(const std::filesystem::path& file) const {
 }
 
 void ContactSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const nlohmann::json parameters = parameters_of_fit(open_solver_file(file, type, sensor));
-  read(JsonObject(parameters, file.string(), "/parameters"));
+  read(JsonObject(parameters_of_fit(open_solver_file(file, type, sensor)), file.string(),
+                  "/parameters"));
   if (!noise_.value || !prior_weight_.value || misfit_limit_ <= 0) {
     throw InputError(file.string() +
                      ": /parameters: lacks what a fit leaves: noise, prior_weight, learned");

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "solvers/channel_mask.h"
@@ -81,7 +80,6 @@ class ContactSolver final : public Solver, private ContactFinder {
   Tunable noise_;  ///< of a channel, V
   Nuisances nuisances_;
   ChannelMask mask_;
-  std::optional<ParameterChoice> choice_;
   ContactPrior prior_;
   double misfit_limit_ = 0;  ///< limit of chi^2; 0: not set
 

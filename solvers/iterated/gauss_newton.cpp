@@ -179,22 +179,20 @@ void GaussNewton::read(JsonObject parameters) {
     }
   }
   calibrate_ = parameters.boolean_or("calibrate", false);
-  choice_ = read_chosen(parameters, lambda_.value);
+  read_chosen(parameters, lambda_);
   mask_ = ChannelMask::from_json(parameters);
   parameters.finish();
 }
 
 nlohmann::json GaussNewton::parameters() const {
   nlohmann::json out = {{"prior", prior_},
-                        {"lambda", "auto"},
                         {"bounds", {low_, high_}},
                         {"tolerance", options_.tolerance},
                         {"max_iterations", options_.max_iterations},
                         {"discrepancy", options_.discrepancy},
                         {"calibrate", calibrate_}};
-  if (lambda_.value) out["lambda"] = *lambda_.value;
+  lambda_.add_to(out, "lambda");
   mask_.add_to(out);
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
@@ -259,14 +257,8 @@ void GaussNewton::fit(const FitInput& input) {
 
 void GaussNewton::choose_lambda(const FitInput& input) {
   const ValidationFrames frames = read_validation_frames(input, lambda_.place);
-  const auto error_of = [&](double lambda) {
-    lambda_.value = lambda;
-    idle_.clear();
-    return mean_relative_error(*this, frames, input.threads);
-  };
   const Eigen::MatrixXd jacobian = background_jacobian_ / sensor_.background;
   double largest = 0;
-  int per_decade = 2;
   if (prior_ == total_variation) {
     // The weight at which a variation of |changes| / |J| weighs as much as the data.
     std::vector<double> sizes;
@@ -282,9 +274,10 @@ void GaussNewton::choose_lambda(const FitInput& input) {
   } else {
     largest = dense_svd(jacobian).values[0];
   }
-  choice_ = choose_number(lambda_.place, 1e-4 * largest, largest, per_decade,
-                          static_cast<int>(frames.changes.rows()), error_of);
-  lambda_.value = choice_->value;
+  lambda_.choose(*this, frames, input.threads, {1e-4 * largest, largest}, 2, [&](double lambda) {
+    lambda_.value = lambda;
+    idle_.clear();
+  });
   idle_.clear();
 }
 
@@ -343,8 +336,7 @@ void GaussNewton::save(const std::filesystem::path& file) const {
 
 void GaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {
   const Hdf5File opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parameters_of_fit(opened);
-  read(JsonObject(parameters, file.string(), "/parameters"));
+  read(JsonObject(parameters_of_fit(opened), file.string(), "/parameters"));
   lambda_.require_chosen();
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   opened.require_shape("/gains", {static_cast<std::uint64_t>(sensor.channels())});

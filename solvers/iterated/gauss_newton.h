@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -113,7 +112,6 @@ class GaussNewton final : public Solver {
   double low_ = 0;
   double high_ = 2;
   bool calibrate_ = false;
-  std::optional<ParameterChoice> choice_;
   ChannelMask mask_;
 
   Sensor sensor_;

@@ -1,12 +1,12 @@
 #include "solvers/linear/linear_solver.h"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/errors.h"
 #include "core/hdf5_file.h"
 #include "forward/data/sheet_model.h"
+#include "solvers/solver_file.h"
 
 namespace ertbench {
 
@@ -210,6 +210,24 @@ std::optional<LayerList> LinearSolver::layers() const {
   multiply(on_means(map_.factored() ? map_.right : map_.left, reciprocity_));
   if (map_.factored()) multiply(map_.left);
   return out;
+}
+
+nlohmann::json LinearSolver::parameters() const {
+  nlohmann::json out = fit_parameters();
+  inference_.add_to(out);
+  return out;
+}
+
+void LinearSolver::save(const std::filesystem::path& file) const {
+  Hdf5File out = create_solver_file(file, type_, sensor_, fit_parameters());
+  save_fit(out);
+  out.close();
+}
+
+void LinearSolver::load(const std::filesystem::path& file, const Sensor& sensor) {
+  const Hdf5File opened = open_solver_file(file, type_, sensor);
+  read(JsonObject(parameters_of_fit(opened), file.string(), "/parameters"));
+  load_fit(opened, sensor);
 }
 
 void LinearSolver::save_matrix(Hdf5File& file) const {

@@ -4,7 +4,6 @@
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "solvers/channel_mask.h"
@@ -57,10 +56,22 @@ class LinearSolver : public Solver, public LayeredSolver {
   MaskedChannels masked_channels() const final { return mask_; }
   void check(const Sensor& sensor) const override { mask_.check(sensor); }
   std::optional<LayerList> layers() const final;
+  nlohmann::json parameters() const override;
+  void save(const std::filesystem::path& file) const final;
+  void load(const std::filesystem::path& file, const Sensor& sensor) final;
 
  protected:
   /// `inference` applies to fitted and to loaded matrices.
-  explicit LinearSolver(const LinearInference& inference) : inference_(inference) {}
+  LinearSolver(const char* type, const LinearInference& inference)
+      : type_(type), inference_(inference) {}
+
+  /// Reads the parameters of the fit and calls `finish` of the object.
+  virtual void read(JsonObject parameters) = 0;
+  virtual nlohmann::json fit_parameters() const = 0;
+  /// The results of the fit, in a file that has its parameters; for a solver with more than the
+  /// matrix.
+  virtual void save_fit(Hdf5File& file) const { save_matrix(file); }
+  virtual void load_fit(const Hdf5File& file, const Sensor& sensor) { load_matrix(file, sensor); }
 
   void set_sensor(const Sensor& sensor);
   void set_mask(const ChannelMask& mask) { mask_ = mask; }
@@ -83,7 +94,6 @@ class LinearSolver : public Solver, public LayeredSolver {
 
   const Sensor& sensor() const { return sensor_; }
   const Reciprocity& reciprocity() const { return reciprocity_; }
-  const LinearInference& inference() const { return inference_; }
   const ChannelMask& mask() const { return mask_; }
 
   void save_matrix(Hdf5File& file) const;
@@ -98,6 +108,7 @@ class LinearSolver : public Solver, public LayeredSolver {
 
   void apply_matrix(FramesView changes, ImagesView images) const;
 
+  const char* type_;
   Sensor sensor_;
   Reciprocity reciprocity_;
   ChannelMask mask_;

@@ -45,107 +45,104 @@ RowMajorMatrix stacked(const GaussianMixture& mixture, Part&& part) {
 
 }  // namespace
 
+void MmseParameters::read(JsonObject& parameters) {
+  ridge = read_weight(parameters, "ridge");
+  symmetries = parameters.boolean_or("symmetries", true);
+  read_chosen(parameters, ridge);
+  nuisances = Nuisances::from_json(parameters);
+}
+
+void MmseParameters::add_to(nlohmann::json& parameters) const {
+  parameters["symmetries"] = symmetries;
+  ridge.add_to(parameters, "ridge");
+  nuisances.add_to(parameters);
+}
+
+void MmseParameters::settle(const Solver& solver, const FitInput& input,
+                            const std::function<void(double)>& set) {
+  if (!ridge.automatic()) return;
+  const ValidationFrames frames = read_validation_frames(input, ridge.place);
+  ridge.choose(solver, frames, input.threads, {1e-7, 1e-2}, 2, set);
+}
+
 LinearMmse::LinearMmse(JsonObject parameters)
-    : LinearSolver(LinearInference::from_json(parameters)),
+    : LinearSolver(type, LinearInference::from_json(parameters)),
       follows_noise_(parameters.choice_or("inference_noise", "fit", {"fit", "frame"}) == "frame") {
   read(std::move(parameters));
 }
 
 void LinearMmse::read(JsonObject parameters) {
   parameters.integer_or("components", 1, 1, 1);
-  ridge_ = read_weight(parameters, "ridge");
-  symmetries_ = parameters.boolean_or("symmetries", true);
-  choice_ = read_chosen(parameters, ridge_.value);
-  nuisances_ = Nuisances::from_json(parameters);
+  settings_.read(parameters);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
 nlohmann::json LinearMmse::parameters() const {
-  nlohmann::json out = fit_parameters();
-  inference().add_to(out);
+  nlohmann::json out = LinearSolver::parameters();
   if (follows_noise_) out["inference_noise"] = "frame";
   return out;
 }
 
 nlohmann::json LinearMmse::fit_parameters() const {
-  nlohmann::json out = {{"components", 1}, {"ridge", "auto"}, {"symmetries", symmetries_}};
-  if (ridge_.value) out["ridge"] = *ridge_.value;
-  nuisances_.add_to(out);
+  nlohmann::json out = {{"components", 1}};
+  settings_.add_to(out);
   mask().add_to(out);
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
 void LinearMmse::fit(const FitInput& input) {
   set_sensor(input.sensor);
-  JointMoments moments = moments_of(TrainingScenes(input, type, symmetries_), {}, true);
-  changes_ = std::move(moments.changes) + covariance_of(nuisances_, sensor());
+  JointMoments moments = moments_of(TrainingScenes(input, type, settings_.symmetries), {}, true);
+  changes_ = std::move(moments.changes) + covariance_of(settings_.nuisances, sensor());
   cross_ = std::move(moments.cross);
   const std::vector<Eigen::Index> kept = kept_pairs();
   const Eigen::MatrixXd changes = changes_(kept, kept);
   const Eigen::MatrixXd cross = cross_(Eigen::all, kept);
-  if (ridge_.automatic()) {
-    const ValidationFrames frames = read_validation_frames(input, ridge_.place);
-    const auto error_of = [&](double ridge) {
-      set_inverse(mmse_matrix(changes, cross, added(ridge)));
-      return mean_relative_error(*this, frames, input.threads);
-    };
-    choice_ = choose_number(ridge_.place, 1e-7, 1e-2, 2, static_cast<int>(frames.changes.rows()),
-                            error_of);
-    ridge_.value = choice_->value;
-  }
-  set_inverse(mmse_matrix(changes, cross, added(*ridge_.value)));
+  const auto set_ridge = [&](double ridge) {
+    set_inverse(mmse_matrix(changes, cross, added(ridge)));
+  };
+  settings_.settle(*this, input, set_ridge);
+  set_ridge(*settings_.ridge.value);
   finish();
 }
 
 std::unique_ptr<const FrameInverse> LinearMmse::frame_inverse() const {
-  auto out = std::make_unique<SpectralInverse>(changes_, cross_, added(*ridge_.value));
+  auto out = std::make_unique<SpectralInverse>(changes_, cross_, added(*settings_.ridge.value));
   if (follows_noise_) out->follow_noise();
   return out;
 }
 
-void LinearMmse::save(const std::filesystem::path& file) const {
-  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
-  save_matrix(out);
-  out.write_matrix("/changes", changes_);
-  out.write_matrix("/cross", cross_);
-  out.close();
+void LinearMmse::save_fit(Hdf5File& file) const {
+  save_matrix(file);
+  file.write_matrix("/changes", changes_);
+  file.write_matrix("/cross", cross_);
 }
 
-void LinearMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const Hdf5File opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parameters_of_fit(opened);
-  read(JsonObject(parameters, file.string(), "/parameters"));
-  ridge_.require_chosen();
+void LinearMmse::load_fit(const Hdf5File& file, const Sensor& sensor) {
+  settings_.ridge.require_chosen();
   const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
-  opened.require_shape("/changes", {pairs, pairs});
-  opened.require_shape("/cross", {pixels, pairs});
-  changes_ = opened.read_rows("/changes", 0, pairs);
-  cross_ = opened.read_rows("/cross", 0, pixels);
-  load_matrix(opened, sensor);
+  file.require_shape("/changes", {pairs, pairs});
+  file.require_shape("/cross", {pixels, pairs});
+  changes_ = file.read_rows("/changes", 0, pairs);
+  cross_ = file.read_rows("/cross", 0, pixels);
+  load_matrix(file, sensor);
 }
 
 MixtureMmse::MixtureMmse(JsonObject parameters) { read(std::move(parameters)); }
 
 void MixtureMmse::read(JsonObject parameters) {
   components_ = parameters.integer("components", 2, 1024);
-  ridge_ = read_weight(parameters, "ridge");
-  symmetries_ = parameters.boolean_or("symmetries", true);
-  choice_ = read_chosen(parameters, ridge_.value);
-  nuisances_ = Nuisances::from_json(parameters);
+  settings_.read(parameters);
   mask_ = ChannelMask::from_json(parameters);
   parameters.finish();
 }
 
 nlohmann::json MixtureMmse::parameters() const {
-  nlohmann::json out = {
-      {"components", components_}, {"ridge", "auto"}, {"symmetries", symmetries_}};
-  if (ridge_.value) out["ridge"] = *ridge_.value;
-  nuisances_.add_to(out);
+  nlohmann::json out = {{"components", components_}};
+  settings_.add_to(out);
   mask_.add_to(out);
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
@@ -156,26 +153,19 @@ void MixtureMmse::set_sensor(const Sensor& sensor) {
 
 void MixtureMmse::set_mean() {
   mean_ = std::make_shared<const MixtureMean>(mixture_, pairs_without(sensor_, mask_.electrodes),
-                                              *ridge_.value);
+                                              *settings_.ridge.value);
   masked_.clear();
 }
 
 void MixtureMmse::fit(const FitInput& input) {
   set_sensor(input.sensor);
-  mixture_ = fit_mixture(TrainingScenes(input, type, symmetries_), components_);
-  const Eigen::MatrixXd nuisances = covariance_of(nuisances_, sensor_);
+  mixture_ = fit_mixture(TrainingScenes(input, type, settings_.symmetries), components_);
+  const Eigen::MatrixXd nuisances = covariance_of(settings_.nuisances, sensor_);
   for (GaussianMixture::Component& c : mixture_.components) c.changes += nuisances;
-  if (ridge_.automatic()) {
-    const ValidationFrames frames = read_validation_frames(input, ridge_.place);
-    const auto error_of = [&](double ridge) {
-      ridge_.value = ridge;
-      set_mean();
-      return mean_relative_error(*this, frames, input.threads);
-    };
-    choice_ = choose_number(ridge_.place, 1e-7, 1e-2, 2, static_cast<int>(frames.changes.rows()),
-                            error_of);
-    ridge_.value = choice_->value;
-  }
+  settings_.settle(*this, input, [&](double ridge) {
+    settings_.ridge.value = ridge;
+    set_mean();
+  });
   set_mean();
 }
 
@@ -185,9 +175,9 @@ std::shared_ptr<const MixtureMean> MixtureMmse::mean_without(ElectrodeSet dead) 
   if (found != masked_.end()) return found->second;
   const std::vector<Eigen::Index> kept = pairs_without(sensor_, mask_.electrodes | dead);
   if (masked_.size() == most_masked) masked_.clear();
-  return masked_[dead] = kept.empty()
-                             ? nullptr
-                             : std::make_shared<const MixtureMean>(mixture_, kept, *ridge_.value);
+  return masked_[dead] = kept.empty() ? nullptr
+                                      : std::make_shared<const MixtureMean>(mixture_, kept,
+                                                                            *settings_.ridge.value);
 }
 
 void MixtureMmse::reconstruct(FramesView changes, ImagesView images,
@@ -238,9 +228,8 @@ void MixtureMmse::save(const std::filesystem::path& file) const {
 
 void MixtureMmse::load(const std::filesystem::path& file, const Sensor& sensor) {
   const Hdf5File opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parameters_of_fit(opened);
-  read(JsonObject(parameters, file.string(), "/parameters"));
-  ridge_.require_chosen();
+  read(JsonObject(parameters_of_fit(opened), file.string(), "/parameters"));
+  settings_.ridge.require_chosen();
   const auto pairs = static_cast<std::uint64_t>(Reciprocity(sensor).pairs());
   const auto pixels = static_cast<std::uint64_t>(sensor.pixels());
   const std::uint64_t count = opened.require_shape("/weights", {0}).front();

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -22,6 +24,19 @@ namespace ertbench {
 Eigen::MatrixXd mmse_matrix(const Eigen::MatrixXd& changes, const Eigen::MatrixXd& cross,
                             double added);
 
+/// Parameters of both kinds of "lmmse".
+struct MmseParameters {
+  bool symmetries = true;
+  Tunable ridge;
+  Nuisances nuisances;
+
+  /// `{"ridge": > 0 | "auto", "symmetries": bool}` and what Nuisances read.
+  void read(JsonObject& parameters);
+  void add_to(nlohmann::json& parameters) const;
+  /// Chooses the ridge if it is "auto".
+  void settle(const Solver& solver, const FitInput& input, const std::function<void(double)>& set);
+};
+
 /// Linear minimum-mean-square-error reconstruction, type "lmmse" with one component: the matrix
 /// with the least mean squared error of images over the training scenes,
 ///
@@ -40,30 +55,26 @@ class LinearMmse final : public LinearSolver {
  public:
   static constexpr const char* type = "lmmse";
 
-  /// `{"components": 1, "ridge": > 0 | "auto", "symmetries": bool, "inference_noise": "fit" |
-  /// "frame"}` and what Nuisances, LinearInference and ChannelMask read.
+  /// `{"components": 1, "inference_noise": "fit" | "frame"}` and what MmseParameters,
+  /// LinearInference and ChannelMask read.
   explicit LinearMmse(JsonObject parameters);
 
   nlohmann::json parameters() const override;
   bool needs_training() const override { return true; }
   void fit(const FitInput& input) override;
-  void save(const std::filesystem::path& file) const override;
-  void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads the parameters of the fit and calls `finish` of the object.
-  void read(JsonObject parameters);
-  nlohmann::json fit_parameters() const;
+  void read(JsonObject parameters) override;
+  nlohmann::json fit_parameters() const override;
+  void save_fit(Hdf5File& file) const override;
+  void load_fit(const Hdf5File& file, const Sensor& sensor) override;
   std::unique_ptr<const FrameInverse> frame_inverse() const override;
   bool follows_noise() const override { return follows_noise_; }
   /// V^2, for a ridge.
   double added(double ridge) const { return ridge * changes_.diagonal().mean(); }
 
   bool follows_noise_ = false;  ///< "inference_noise"
-  bool symmetries_ = true;
-  Tunable ridge_;
-  std::optional<ParameterChoice> choice_;
-  Nuisances nuisances_;
+  MmseParameters settings_;
   // Second moments of all pairs, for frames with dead electrodes.
   Eigen::MatrixXd changes_;  ///< [pairs, pairs]
   Eigen::MatrixXd cross_;    ///< [pixels, pairs]
@@ -81,8 +92,7 @@ class MixtureMmse final : public Solver, public LayeredSolver {
  public:
   static constexpr const char* type = "lmmse";
 
-  /// `{"components": 2 ... 1024, "ridge": > 0 | "auto", "symmetries": bool}` and what Nuisances and
-  /// ChannelMask read.
+  /// `{"components": 2 ... 1024}` and what MmseParameters and ChannelMask read.
   explicit MixtureMmse(JsonObject parameters);
 
   nlohmann::json parameters() const override;
@@ -105,10 +115,7 @@ class MixtureMmse final : public Solver, public LayeredSolver {
   std::shared_ptr<const MixtureMean> mean_without(ElectrodeSet dead) const;
 
   int components_ = 2;
-  bool symmetries_ = true;
-  Tunable ridge_;
-  std::optional<ParameterChoice> choice_;
-  Nuisances nuisances_;
+  MmseParameters settings_;
   ChannelMask mask_;
   Sensor sensor_;
   Reciprocity reciprocity_;

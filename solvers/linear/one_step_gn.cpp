@@ -5,7 +5,6 @@
 
 #include "solvers/linear/mmse.h"
 #include "solvers/linear/tsvd.h"
-#include "solvers/solver_file.h"
 
 namespace ertbench {
 namespace {
@@ -102,7 +101,7 @@ SolverInfo linear_mmse() {
 }  // namespace
 
 OneStepGaussNewton::OneStepGaussNewton(JsonObject parameters)
-    : LinearSolver(LinearInference::from_json(parameters)) {
+    : LinearSolver(type, LinearInference::from_json(parameters)) {
   read(std::move(parameters));
 }
 
@@ -110,22 +109,15 @@ void OneStepGaussNewton::read(JsonObject parameters) {
   prior_ = prior_from_name(
       parameters.choice_or("prior", name_of(Prior::noser), {"tikhonov", "noser", "laplace"}));
   lambda_ = read_weight(parameters, "lambda");
-  choice_ = read_chosen(parameters, lambda_.value);
+  read_chosen(parameters, lambda_);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
-nlohmann::json OneStepGaussNewton::parameters() const {
-  nlohmann::json out = fit_parameters();
-  inference().add_to(out);
-  return out;
-}
-
 nlohmann::json OneStepGaussNewton::fit_parameters() const {
-  nlohmann::json out = {{"prior", name_of(prior_)}, {"lambda", "auto"}};
-  if (lambda_.value) out["lambda"] = *lambda_.value;
+  nlohmann::json out = {{"prior", name_of(prior_)}};
+  lambda_.add_to(out, "lambda");
   mask().add_to(out);
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
@@ -147,14 +139,8 @@ void OneStepGaussNewton::fit(const FitInput& input) {
   };
   if (lambda_.automatic()) {
     const ValidationFrames frames = read_validation_frames(input, lambda_.place);
-    const auto error_of = [&](double lambda) {
-      set_lambda(lambda);
-      return mean_relative_error(*this, frames, input.threads);
-    };
     const double largest = std::sqrt(inverse.largest_power());
-    choice_ = choose_number(lambda_.place, 1e-4 * largest, largest, 4,
-                            static_cast<int>(frames.changes.rows()), error_of);
-    lambda_.value = choice_->value;
+    lambda_.choose(*this, frames, input.threads, {1e-4 * largest, largest}, 4, set_lambda);
   }
   set_lambda(*lambda_.value);
   finish();
@@ -168,18 +154,9 @@ std::unique_ptr<const FrameInverse> OneStepGaussNewton::frame_inverse() const {
   return out;
 }
 
-void OneStepGaussNewton::save(const std::filesystem::path& file) const {
-  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
-  save_matrix(out);
-  out.close();
-}
-
-void OneStepGaussNewton::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const Hdf5File opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parameters_of_fit(opened);
-  read(JsonObject(parameters, file.string(), "/parameters"));
+void OneStepGaussNewton::load_fit(const Hdf5File& file, const Sensor& sensor) {
   lambda_.require_chosen();
-  load_matrix(opened, sensor);
+  load_matrix(file, sensor);
 }
 
 std::vector<SolverType> linear_solvers() {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include "solvers/linear/linear_solver.h"
@@ -27,20 +26,16 @@ class OneStepGaussNewton final : public LinearSolver {
   /// contacts.
   explicit OneStepGaussNewton(JsonObject parameters);
 
-  nlohmann::json parameters() const override;
   void fit(const FitInput& input) override;
-  void save(const std::filesystem::path& file) const override;
-  void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads the parameters of the fit and calls `finish` of the object.
-  void read(JsonObject parameters);
-  nlohmann::json fit_parameters() const;
+  void read(JsonObject parameters) override;
+  nlohmann::json fit_parameters() const override;
+  void load_fit(const Hdf5File& file, const Sensor& sensor) override;
   std::unique_ptr<const FrameInverse> frame_inverse() const override;
 
   Prior prior_ = Prior::noser;
   Tunable lambda_;
-  std::optional<ParameterChoice> choice_;
 };
 
 /// The solvers of this room, for the registry.

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/errors.h"
-#include "solvers/solver_file.h"
+#include "core/hdf5_file.h"
 
 namespace ertbench {
 namespace {
@@ -29,15 +29,14 @@ bool splits_pair(const DenseSvd& triplets, Eigen::Index rank) {
 
 }  // namespace
 
-DenseSvd leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count) {
+DenseSvd singular_triplets(const Eigen::MatrixXd& a) {
   const DenseSvd all = dense_svd(a);
   const Eigen::Index rank = (all.values.array() > rank_tolerance * all.values[0]).count();
-  const Eigen::Index kept = std::min(count, rank);
-  return {all.left.leftCols(kept), all.values.head(kept), all.right.leftCols(kept)};
+  return {all.left.leftCols(rank), all.values.head(rank), all.right.leftCols(rank)};
 }
 
 TruncatedSvd::TruncatedSvd(JsonObject parameters)
-    : LinearSolver(LinearInference::from_json(parameters)) {
+    : LinearSolver(type, LinearInference::from_json(parameters)) {
   read(std::move(parameters));
 }
 
@@ -51,24 +50,17 @@ void TruncatedSvd::read(JsonObject parameters) {
   if (!by_rank_ && cut_.value == 1.0) {
     parameters.fail("threshold", "must be >= 1e-15 and < 1 or \"auto\", got 1");
   }
-  choice_ = read_chosen(parameters, cut_.value);
+  read_chosen(parameters, cut_);
   set_mask(ChannelMask::from_json(parameters));
   parameters.finish();
 }
 
-nlohmann::json TruncatedSvd::parameters() const {
-  nlohmann::json out = fit_parameters();
-  inference().add_to(out);
-  return out;
-}
-
 nlohmann::json TruncatedSvd::fit_parameters() const {
   const char* key = by_rank_ ? "rank" : "threshold";
-  nlohmann::json out = {{key, "auto"}};
+  nlohmann::json out;
+  cut_.add_to(out, key);
   if (cut_.value && by_rank_) out[key] = std::llround(*cut_.value);
-  if (cut_.value && !by_rank_) out[key] = *cut_.value;
   mask().add_to(out);
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
@@ -96,16 +88,9 @@ std::unique_ptr<const FrameInverse> TruncatedSvd::frame_inverse() const {
 
 void TruncatedSvd::truncate(const FitInput& input) {
   set_sensor(input.sensor);
-  const Eigen::MatrixXd jacobian = whole_jacobian()(kept_pairs(), Eigen::all);
-  const Eigen::Index most = std::min(jacobian.rows(), jacobian.cols());
-
-  // One more value shows whether the rank splits a pair.
-  const auto triplets_to = [&](Eigen::Index rank) {
-    return leading_singular_triplets(jacobian, std::min(rank + 1, most));
-  };
+  const DenseSvd triplets = singular_triplets(whole_jacobian()(kept_pairs(), Eigen::all));
   if (by_rank_ && cut_.value) {
     const auto rank = static_cast<Eigen::Index>(*cut_.value);
-    const DenseSvd triplets = triplets_to(rank);
     if (rank > triplets.values.size()) {
       throw InputError(cut_.place + ": must be <= " + std::to_string(triplets.values.size()) +
                        ", the numerical rank of this sensor's Jacobian; got " +
@@ -118,8 +103,6 @@ void TruncatedSvd::truncate(const FitInput& input) {
     set_rank(triplets, rank);
     return;
   }
-
-  DenseSvd triplets = triplets_to(most);
   if (cut_.automatic()) {
     set_rank(triplets, choose_rank(input, triplets));
     return;
@@ -137,7 +120,7 @@ void TruncatedSvd::set_rank(const DenseSvd& triplets, Eigen::Index rank) {
                   triplets.left.leftCols(rank).transpose());
 }
 
-Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, DenseSvd& triplets) {
+Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, const DenseSvd& triplets) {
   const ValidationFrames frames = read_validation_frames(input, cut_.place);
   ParameterChoice choice;
   choice.frames = static_cast<int>(frames.changes.rows());
@@ -163,26 +146,21 @@ Eigen::Index TruncatedSvd::choose_rank(const FitInput& input, DenseSvd& triplets
   }
   std::sort(choice.curve.begin(), choice.curve.end());
   cut_.value = choice.value;
-  choice_ = choice;
+  cut_.choice = choice;
   return best;
 }
 
-void TruncatedSvd::save(const std::filesystem::path& file) const {
-  Hdf5File out = create_solver_file(file, type, sensor(), fit_parameters());
-  out.write_number("/", "least_singular_value", least_kept_);
-  save_matrix(out);
-  out.close();
+void TruncatedSvd::save_fit(Hdf5File& file) const {
+  file.write_number("/", "least_singular_value", least_kept_);
+  save_matrix(file);
 }
 
-void TruncatedSvd::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const Hdf5File opened = open_solver_file(file, type, sensor);
-  const nlohmann::json parameters = parameters_of_fit(opened);
-  read(JsonObject(parameters, file.string(), "/parameters"));
+void TruncatedSvd::load_fit(const Hdf5File& file, const Sensor& sensor) {
   cut_.require_chosen();
-  if (opened.has_attribute("/", "least_singular_value")) {
-    least_kept_ = opened.read_number("/", "least_singular_value");
+  if (file.has_attribute("/", "least_singular_value")) {
+    least_kept_ = file.read_number("/", "least_singular_value");
   }
-  load_matrix(opened, sensor);
+  load_matrix(file, sensor);
 }
 
 }  // namespace ertbench

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "solvers/decompositions.h"
 #include "solvers/linear/linear_solver.h"
@@ -9,9 +8,9 @@
 
 namespace ertbench {
 
-/// The `count` leading singular triplets of `a`, fewer if the rank of `a` (values above 1e-13 of
-/// the largest) is lower. Errors are of the order of rounding in the largest value.
-DenseSvd leading_singular_triplets(const Eigen::MatrixXd& a, Eigen::Index count);
+/// The singular triplets of `a` up to its rank: values above 1e-13 of the largest. Errors are of
+/// the order of rounding in the largest value.
+DenseSvd singular_triplets(const Eigen::MatrixXd& a);
 
 /// Truncated singular value decomposition, as EIDORS's inv_solve_TSVD: with J = sum s_i u_i v_i^T
 /// at the uniform background, s descending,
@@ -34,25 +33,22 @@ class TruncatedSvd final : public LinearSolver {
   /// LinearInference and ChannelMask.
   explicit TruncatedSvd(JsonObject parameters);
 
-  nlohmann::json parameters() const override;
   void check(const Sensor& sensor) const override;
   void fit(const FitInput& input) override;
-  void save(const std::filesystem::path& file) const override;
-  void load(const std::filesystem::path& file, const Sensor& sensor) override;
 
  private:
-  /// Reads the parameters of the fit and calls `finish` of the object.
-  void read(JsonObject parameters);
-  nlohmann::json fit_parameters() const;
+  void read(JsonObject parameters) override;
+  nlohmann::json fit_parameters() const override;
+  void save_fit(Hdf5File& file) const override;
+  void load_fit(const Hdf5File& file, const Sensor& sensor) override;
   void truncate(const FitInput& input);
   std::unique_ptr<const FrameInverse> frame_inverse() const override;
   void set_rank(const DenseSvd& triplets, Eigen::Index rank);
-  Eigen::Index choose_rank(const FitInput& input, DenseSvd& triplets);
+  Eigen::Index choose_rank(const FitInput& input, const DenseSvd& triplets);
 
   bool by_rank_ = true;
   Tunable cut_;            ///< the rank or the threshold
   double least_kept_ = 0;  ///< singular value of J, V per S/m
-  std::optional<ParameterChoice> choice_;
 };
 
 }  // namespace ertbench

@@ -39,18 +39,16 @@ void Pdipm::read(JsonObject parameters) {
   options_.tolerance = parameters.number_or("tolerance", 1e-4, {1e-8, 0.1});
   options_.max_iterations = parameters.integer_or("max_iterations", 50, 1, 1000);
   options_.alpha = alpha_.value.value_or(0);
-  choice_ = read_chosen(parameters, alpha_.value);
+  read_chosen(parameters, alpha_);
   mask_ = ChannelMask::from_json(parameters);
   parameters.finish();
 }
 
 nlohmann::json Pdipm::parameters() const {
-  nlohmann::json out = {{"alpha", "auto"},
-                        {"tolerance", options_.tolerance},
+  nlohmann::json out = {{"tolerance", options_.tolerance},
                         {"max_iterations", options_.max_iterations}};
+  alpha_.add_to(out, "alpha");
   mask_.add_to(out);
-  if (alpha_.value) out["alpha"] = *alpha_.value;
-  if (choice_) out["chosen"] = to_json(*choice_);
   return out;
 }
 
@@ -70,14 +68,10 @@ void Pdipm::set_sensor(const Sensor& sensor) {
 
 void Pdipm::choose_alpha(const FitInput& input) {
   const ValidationFrames frames = read_validation_frames(input, alpha_.place);
-  const auto error_of = [&](double alpha) {
-    options_.alpha = alpha;
-    return mean_relative_error(*this, frames, input.threads);
-  };
   const double scale = scale_of_alpha(*problem_, frames.changes);
-  choice_ = choose_number(alpha_.place, 1e-6 * scale, 1e-2 * scale, 2,
-                          static_cast<int>(frames.changes.rows()), error_of);
-  alpha_.value = options_.alpha = choice_->value;
+  alpha_.choose(*this, frames, input.threads, {1e-6 * scale, 1e-2 * scale}, 2,
+                [&](double alpha) { options_.alpha = alpha; });
+  options_.alpha = *alpha_.value;
 }
 
 void Pdipm::reconstruct(FramesView changes, ImagesView images,
@@ -113,8 +107,8 @@ void Pdipm::save(const std::filesystem::path& file) const {
 }
 
 void Pdipm::load(const std::filesystem::path& file, const Sensor& sensor) {
-  const nlohmann::json parameters = parameters_of_fit(open_solver_file(file, type, sensor));
-  read(JsonObject(parameters, file.string(), "/parameters"));
+  read(JsonObject(parameters_of_fit(open_solver_file(file, type, sensor)), file.string(),
+                  "/parameters"));
   alpha_.require_chosen();
   set_sensor(sensor);
 }

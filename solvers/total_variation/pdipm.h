@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
 #include "solvers/channel_mask.h"
@@ -45,7 +44,6 @@ class Pdipm final : public Solver {
 
   Tunable alpha_;
   InteriorPointOptions options_;
-  std::optional<ParameterChoice> choice_;
   ChannelMask mask_;
   Sensor sensor_;
   std::unique_ptr<const TotalVariation> problem_;

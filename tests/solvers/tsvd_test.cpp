@@ -27,7 +27,7 @@ Eigen::MatrixXd with_values(const Eigen::VectorXd& values, Eigen::Index rows, Ei
 
 void expect_decomposes(const Eigen::MatrixXd& a, const Eigen::VectorXd& expected,
                        Eigen::Index count) {
-  const DenseSvd triplets = leading_singular_triplets(a, count);
+  const DenseSvd triplets = singular_triplets(a);
   ASSERT_EQ(triplets.values.size(), count);
   const double rounding = 1e-13 * expected[0];
   EXPECT_LT((triplets.values - expected.head(count)).cwiseAbs().maxCoeff(), rounding);
@@ -43,26 +43,20 @@ TEST(SingularTriplets, OfTheJacobianAreThoseOfADenseDecomposition) {
   const Eigen::MatrixXd jacobian = ForwardModel(Sensor{}, 24).jacobian();
   const Eigen::VectorXd values = dense_svd(jacobian).values;
   const Eigen::MatrixXd reduced = Reciprocity(Sensor{}).reduce_rows(jacobian);
-  for (const Eigen::Index count : {1, 2, 3, 6, 20, 45, 80, 104}) {
-    SCOPED_TRACE(count);
-    expect_decomposes(reduced, values, count);
-  }
+  expect_decomposes(reduced, values, 104);
 }
 
 TEST(SingularTriplets, FindsEveryCopyOfAValue) {
   Eigen::VectorXd values(30);
   for (int i = 0; i < 30; ++i) values[i] = std::pow(0.5, i / 5);  // each five times
-  for (const Eigen::Index count : {1, 4, 5, 6, 13, 30}) {
-    SCOPED_TRACE(count);
-    expect_decomposes(with_values(values, 30, 70), values, count);
-    expect_decomposes(with_values(values, 70, 30), values, count);
-  }
+  expect_decomposes(with_values(values, 30, 70), values, 30);
+  expect_decomposes(with_values(values, 70, 30), values, 30);
 }
 
 TEST(SingularTriplets, KeepsSmallValues) {
   Eigen::VectorXd values(12);
   for (int i = 0; i < 12; ++i) values[i] = std::pow(10, -i);
-  const DenseSvd triplets = leading_singular_triplets(with_values(values, 12, 40), 12);
+  const DenseSvd triplets = singular_triplets(with_values(values, 12, 40));
   ASSERT_EQ(triplets.values.size(), 12);
   // To rounding in the largest; squaring the matrix would leave 1e-8.
   EXPECT_LT((triplets.values - values).cwiseAbs().maxCoeff(), 1e-14);
@@ -73,14 +67,14 @@ TEST(SingularTriplets, ScaleWithTheMatrix) {
   const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(12, 12, 1);
   const Eigen::MatrixXd a = with_values(values, 12, 40);
   for (const double scale : {1e-25, 1e20}) {
-    const Eigen::VectorXd found = leading_singular_triplets(scale * a, 12).values / scale;
+    const Eigen::VectorXd found = singular_triplets(scale * a).values / scale;
     EXPECT_LT((found - values).cwiseAbs().maxCoeff(), 1e-12);
   }
 }
 
 TEST(SingularTriplets, StopsAtTheRank) {
   const Eigen::MatrixXd a = with_values(Eigen::Vector3d(3, 2, 1), 20, 50);
-  EXPECT_EQ(leading_singular_triplets(a, 8).values.size(), 3);
+  EXPECT_EQ(singular_triplets(a).values.size(), 3);
 }
 
 TEST(TruncatedSvd, IsThePseudoinverseOfTheTruncatedJacobian) {
@@ -110,7 +104,7 @@ TEST(TruncatedSvd, AThresholdKeepsPairsWhole) {
   // both or neither: the image of rank 3 or that of rank 1, never that of rank 2.
   const Eigen::MatrixXd reduced =
       Reciprocity(Sensor{}).reduce_rows(ForwardModel(Sensor{}, 24).jacobian());
-  const Eigen::VectorXd s = leading_singular_triplets(reduced, 4).values;
+  const Eigen::VectorXd s = singular_triplets(reduced).values;
   ASSERT_LT(s[1] - s[2], 1e-12 * s[0]);
   const Frames changes = random_changes(3);
   const auto images = [&](const json& spec) { return reconstruct(*fitted(spec), changes).images; };
