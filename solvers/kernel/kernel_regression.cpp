@@ -33,7 +33,7 @@ ChosenScales search(const SearchedScales& among, KernelInput input, const RowMaj
     const Eigen::MatrixXd squared = squared_distances(features, features);
     const double median = median_distance(squared);
     for (const double width : among.widths) {
-      const Eigen::MatrixXd kernel = (-squared.array() / (width * median)).exp();
+      const Eigen::MatrixXd kernel = radial_kernel(squared, width * median);
       const std::vector<Eigen::MatrixXd> residuals = leave_one_out(kernel, targets, among.lambdas);
       for (std::size_t l = 0; l < among.lambdas.size(); ++l) {
         const double error = residuals[l].rowwise().norm().mean();
@@ -42,10 +42,6 @@ ChosenScales search(const SearchedScales& among, KernelInput input, const RowMaj
     }
   }
   return best;
-}
-
-MatrixXd kernel_of(const MatrixXd& squared, double denominator) {
-  return (-squared.array() / denominator).exp();
 }
 
 }  // namespace
@@ -103,6 +99,10 @@ MatrixXd squared_distances(const RowMajorMatrix& a, const RowMajorMatrix& b) {
   return out.cwiseMax(0);
 }
 
+MatrixXd radial_kernel(const MatrixXd& squared, double denominator) {
+  return (-squared.array() / denominator).exp();
+}
+
 double median_distance(const MatrixXd& squared) {
   std::vector<double> distances;
   for (Index i = 0; i < squared.cols(); ++i) {
@@ -121,7 +121,7 @@ KernelRegression::KernelRegression(const RowMajorMatrix& changes, const MatrixXd
       squares_(features_.rowwise().squaredNorm()) {
   const MatrixXd squared = squared_distances(features_, features_);
   denominator_ = scales.width * median_distance(squared);
-  MatrixXd kernel = kernel_of(squared, denominator_);
+  MatrixXd kernel = radial_kernel(squared, denominator_);
   kernel.diagonal().array() += scales.lambda;
   const Eigen::LDLT<MatrixXd> factor(kernel);
   const VectorXd ones = factor.solve(VectorXd::Ones(kernel.rows()));

@@ -30,6 +30,9 @@ RowMajorMatrix kernel_features(const Eigen::Ref<const RowMajorMatrix>& changes, 
 /// Squared distances between all rows of `a` and all rows of `b`.
 Eigen::MatrixXd squared_distances(const RowMajorMatrix& a, const RowMajorMatrix& b);
 
+/// exp(-squared / denominator)
+Eigen::MatrixXd radial_kernel(const Eigen::MatrixXd& squared, double denominator);
+
 /// Median of the entries between different rows (two rows or more); 1 if the median is 0.
 double median_distance(const Eigen::MatrixXd& squared);
 

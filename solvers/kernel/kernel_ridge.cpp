@@ -47,66 +47,6 @@ double area_of(const Contact& contact) {
   return std::abs(twice) / 2;
 }
 
-/// Frames of a set up to the limit, those with one contact apart from those without.
-class PressReader {
- public:
-  explicit PressReader(std::size_t most) : most_(most) {}
-
-  void add(const DatasetFile& set) {
-    const std::vector<Scene> scenes = set.scenes(0, set.size());
-    for (std::uint64_t f = 0; f < set.size(); ++f) {
-      const Scene& scene = scenes[f];
-      if (scene.contacts.size() > 1 || touched_.size() + blank_.size() >= most_) continue;
-      const Eigen::RowVectorXd change =
-          set.voltages(f, 1).row(0) - set.reference_voltages().transpose();
-      if (scene.contacts.empty()) {
-        // In a set without contact positions, no contact means that they are unknown.
-        if (set.truth().places) blank_.push_back(change);
-        continue;
-      }
-      const Contact& contact = scene.contacts.front();
-      const double area = area_of(contact);
-      touched_.push_back(change);
-      places_.push_back(contact.centroid());
-      strengths_.push_back(area * (contact.conductivity_ratio - 1) * set.sensor().background);
-      area_ += area;
-    }
-  }
-
-  std::size_t touched() const { return touched_.size(); }
-  double area() const { return area_ / static_cast<double>(touched_.size()); }
-  Eigen::MatrixXd places() const {
-    Eigen::MatrixXd out(static_cast<Index>(places_.size()), 2);
-    for (std::size_t i = 0; i < places_.size(); ++i) out.row(static_cast<Index>(i)) = places_[i];
-    return out;
-  }
-  Eigen::VectorXd strengths() const {
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(static_cast<Index>(rows().size()));
-    std::copy(strengths_.begin(), strengths_.end(), out.begin());
-    return out;
-  }
-  RowMajorMatrix changes() const {
-    const std::vector<const Eigen::RowVectorXd*> all = rows();
-    RowMajorMatrix out(static_cast<Index>(all.size()), all.front()->size());
-    for (std::size_t i = 0; i < all.size(); ++i) out.row(static_cast<Index>(i)) = *all[i];
-    return out;
-  }
-
- private:
-  std::vector<const Eigen::RowVectorXd*> rows() const {
-    std::vector<const Eigen::RowVectorXd*> out;
-    for (const Eigen::RowVectorXd& change : touched_) out.push_back(&change);
-    for (const Eigen::RowVectorXd& change : blank_) out.push_back(&change);
-    return out;
-  }
-
-  std::size_t most_;
-  std::vector<Eigen::RowVectorXd> touched_, blank_;
-  std::vector<Eigen::Vector2d> places_;
-  std::vector<double> strengths_;
-  double area_ = 0;
-};
-
 void require_sensor(const DatasetFile& set, const Sensor& sensor) {
   if (set.sensor() == sensor) return;
   throw InputError(set.path().string() + ": is of another sensor; generate it for this one");
@@ -149,12 +89,9 @@ void KernelRidge::read(JsonObject parameters) {
 
 json KernelRidge::parameters() const {
   const auto add = [](const KernelScaleChoice& choice, json& out) {
-    const auto one = [&](const char* name, const Tunable& tunable) {
-      out[name] = tunable.value ? json(*tunable.value) : json("auto");
-    };
-    one("width", choice.width);
-    one("lambda", choice.lambda);
-    one("norm_weight", choice.norm_weight);
+    choice.width.add_to(out, "width");
+    choice.lambda.add_to(out, "lambda");
+    choice.norm_weight.add_to(out, "norm_weight");
   };
   json out = {{"position", position_names[static_cast<std::size_t>(position_)]},
               {"input", input_ == KernelInput::raw ? "raw" : "direction"},
@@ -178,19 +115,49 @@ json KernelRidge::parameters() const {
 }
 
 void KernelRidge::learn(const FitInput& input) {
-  PressReader reader(static_cast<std::size_t>(most_frames_));
-  require_sensor(*input.training, input.sensor);
-  reader.add(*input.training);
-  if (joins_validation_ && input.validation != nullptr) {
-    require_sensor(*input.validation, input.sensor);
-    reader.add(*input.validation);
-  }
-  if (static_cast<Index>(reader.touched()) < fewest_presses) {
+  std::vector<Eigen::RowVectorXd> frames, blank;
+  std::vector<Eigen::Vector2d> places;
+  std::vector<double> strengths;
+  double areas = 0;
+  const auto add = [&](const DatasetFile& set) {
+    require_sensor(set, input.sensor);
+    const std::vector<Scene> scenes = set.scenes(0, set.size());
+    for (std::uint64_t f = 0; f < set.size(); ++f) {
+      const bool full = std::ssize(frames) + std::ssize(blank) >= most_frames_;
+      if (scenes[f].contacts.size() > 1 || full) continue;
+      const Eigen::RowVectorXd change =
+          set.voltages(f, 1).row(0) - set.reference_voltages().transpose();
+      if (scenes[f].contacts.empty()) {
+        // In a set without contact positions, no contact means that they are unknown.
+        if (set.truth().places) blank.push_back(change);
+        continue;
+      }
+      const Contact& contact = scenes[f].contacts.front();
+      const double area = area_of(contact);
+      frames.push_back(change);
+      places.push_back(contact.centroid());
+      strengths.push_back(area * (contact.conductivity_ratio - 1) * set.sensor().background);
+      areas += area;
+    }
+  };
+  add(*input.training);
+  if (joins_validation_ && input.validation != nullptr) add(*input.validation);
+  const auto touched = static_cast<Index>(frames.size());
+  if (touched < fewest_presses) {
     throw InputError(input.training->path().string() + ": kernel-ridge learns from frames with " +
-                     "one contact each, of which there are " + std::to_string(reader.touched()) +
+                     "one contact each, of which there are " + std::to_string(touched) +
                      "; it needs " + std::to_string(fewest_presses) + " or more");
   }
-  presses_ = {reader.changes(), reader.places(), reader.strengths(), reader.area()};
+  presses_.area = areas / static_cast<double>(touched);
+  presses_.places.resize(touched, 2);
+  for (Index i = 0; i < touched; ++i) presses_.places.row(i) = places[static_cast<std::size_t>(i)];
+  frames.insert(frames.end(), blank.begin(), blank.end());
+  presses_.strengths = Eigen::VectorXd::Zero(std::ssize(frames));
+  std::copy(strengths.begin(), strengths.end(), presses_.strengths.begin());
+  presses_.changes.resize(std::ssize(frames), input.sensor.channels());
+  for (Index i = 0; i < std::ssize(frames); ++i) {
+    presses_.changes.row(i) = frames[static_cast<std::size_t>(i)];
+  }
 }
 
 void KernelRidge::fit(const FitInput& input) {
@@ -304,8 +271,7 @@ void KernelRidge::save(const std::filesystem::path& file) const {
 
 void KernelRidge::load(const std::filesystem::path& file, const Sensor& sensor) {
   const Hdf5File in = open_solver_file(file, type, sensor);
-  const json parameters = parameters_of_fit(in);
-  read(JsonObject(parameters, file.string(), "/parameters"));
+  read(JsonObject(parameters_of_fit(in), file.string(), "/parameters"));
   const auto scales_of = [&](const KernelScaleChoice& choice) {
     if (!choice.width.value || !choice.lambda.value || !choice.norm_weight.value) {
       throw InputError(file.string() + ": has no scales; fit the solver again");

@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -56,10 +55,6 @@ MatrixXd grid_over(const MatrixXd& positions) {
   return out.topRows(points);
 }
 
-MatrixXd kernel_of(const MatrixXd& a, const MatrixXd& b, double denominator) {
-  return (-squared_distances(a, b).array() / denominator).exp();
-}
-
 /// Predicted frames on the grid, and the covariance of the leave-one-out residuals.
 struct Prediction {
   MatrixXd frames;
@@ -68,16 +63,18 @@ struct Prediction {
 
 Prediction predict(const MatrixXd& features, const MatrixXd& positions, const MatrixXd& grid,
                    const LikelihoodScales& scales) {
-  const double denominator =
-      scales.width * median_distance(squared_distances(positions, positions));
-  MatrixXd kernel = kernel_of(positions, positions, denominator);
+  const MatrixXd squared = squared_distances(positions, positions);
+  const double denominator = scales.width * median_distance(squared);
+  MatrixXd kernel = radial_kernel(squared, denominator);
   kernel.diagonal().array() += scales.lambda;
   const MatrixXd inverse = kernel.llt().solve(MatrixXd::Identity(kernel.rows(), kernel.cols()));
   const RowVectorXd mean = features.colwise().mean();
   const MatrixXd coefficients = inverse * (features.rowwise() - mean);
   const MatrixXd residuals = coefficients.array().colwise() / inverse.diagonal().array();
-  return {(kernel_of(grid, positions, denominator) * coefficients).rowwise() + mean,
-          residuals.transpose() * residuals / double(features.rows())};
+  return {
+      (radial_kernel(squared_distances(grid, positions), denominator) * coefficients).rowwise() +
+          mean,
+      residuals.transpose() * residuals / double(features.rows())};
 }
 
 MatrixXd whitening_of(const MatrixXd& covariance, double shrinkage) {
@@ -102,8 +99,8 @@ LikelihoodScales choose_kernel(const MatrixXd& features, const MatrixXd& positio
   LikelihoodScales best;
   double least = std::numeric_limits<double>::infinity();
   for (const double width : widths) {
-    const MatrixXd kernel = (-squared.array() / (width * median)).exp();
-    const std::vector<MatrixXd> residuals = leave_one_out(kernel, features, lambdas);
+    const std::vector<MatrixXd> residuals =
+        leave_one_out(radial_kernel(squared, width * median), features, lambdas);
     for (std::size_t l = 0; l < lambdas.size(); ++l) {
       const double error = residuals[l].squaredNorm();
       if (!(error < least)) continue;
