@@ -6,6 +6,8 @@
 namespace ertbench {
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+/// The same in single precision.
+using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Measured voltages, one frame a row: [frames, channels], V.
 using Frames = RowMajorMatrix;

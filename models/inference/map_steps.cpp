@@ -1,9 +1,10 @@
 #include "models/inference/map_steps.h"
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+
+#include "core/arrays.h"
 
 namespace ertbench {
 
@@ -85,12 +86,11 @@ void sigmoid_maps(float* workspace, Layouts values) {
 
 MapFunction average_mixture(DenseWeights estimates) {
   return [estimates = std::move(estimates)](float* workspace, Layouts values) {
-    using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     const Eigen::Index outputs = estimates.outputs;
     const Eigen::Index components = std::ssize(estimates.bias) / (outputs + 1);
-    const Eigen::Map<const Rows> constants(estimates.bias.data(), components, outputs + 1);
+    const Eigen::Map<const FloatRows> constants(estimates.bias.data(), components, outputs + 1);
     float* const whitened = workspace + values[0].channel(0);
-    const Eigen::Map<const Rows> gates(whitened, components, values[0].width / components);
+    const Eigen::Map<const FloatRows> gates(whitened, components, values[0].width / components);
     Eigen::Map<Eigen::ArrayXf> scores(whitened, components);  // in the place of what is read before
     for (Eigen::Index k = 0; k < components; ++k) {
       scores[k] = constants(k, 0) - gates.row(k).squaredNorm() / 2;
@@ -105,7 +105,7 @@ MapFunction average_mixture(DenseWeights estimates) {
       if (scores[k] < least_mixture_share) continue;
       const float share = scores[k] / sum;
       out += share * constants.row(k).tail(outputs).transpose();
-      out.noalias() += share * (Eigen::Map<const Rows>(weights, outputs, x.size()) * x);
+      out.noalias() += share * (Eigen::Map<const FloatRows>(weights, outputs, x.size()) * x);
     }
   };
 }

@@ -1,7 +1,6 @@
 #include "models/networks/dense_networks.h"
 
 #include <torch/csrc/jit/ir/ir.h>
-#include <torch/csrc/jit/passes/dead_code_elimination.h>
 #include <torch/nn/functional/padding.h>
 #include <torch/nn/init.h>
 #include <torch/nn/modules/activation.h>
@@ -11,6 +10,7 @@
 #include <torch/nn/modules/pooling.h>
 #include <torch/types.h>
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -217,13 +217,8 @@ torch::Tensor Dcnn::forward(const torch::Tensor& frames) {
 }
 
 std::unique_ptr<InferencePlan> Dcnn::plan(PlanBuilder plan) const {
-  const torch::Tensor order = source_.cpu().contiguous();
-  const std::int64_t* first = order.data_ptr<std::int64_t>();
-  std::vector<int> sources;
-  for (std::int64_t i = 0; i < order.numel(); ++i) {
-    const int source = static_cast<int>(first[i]);
-    sources.push_back(source == channels_ ? PlanBuilder::none : source);
-  }
+  std::vector<int> sources = integers_of(source_);
+  std::replace(sources.begin(), sources.end(), channels_, PlanBuilder::none);
   const int map = plan.maps(plan.gather(plan.input(channels_), sources), 1, drives_, measurements_);
   return plan.finish(add_layers(plan, layers_, {map}, true));
 }

@@ -141,12 +141,7 @@ std::unique_ptr<InferencePlan> LeanNet::plan(PlanBuilder plan) const {
     }
     return maps;
   };
-  std::vector<int> pairs;
-  const torch::Tensor order = pairs_.cpu().contiguous();
-  for (std::int64_t i = 0; i < order.numel(); ++i) {
-    pairs.push_back(static_cast<int>(order.data_ptr<std::int64_t>()[i]));
-  }
-  const int means = plan.means_of_pairs(plan.input(inputs_), std::move(pairs));
+  const int means = plan.means_of_pairs(plan.input(inputs_), integers_of(pairs_));
   const DenseWeights dense = weights_of(*start_, nullptr);
   const int start =
       plan.maps(plan.dense(means, dense, {}), dense.outputs / (rows_ * columns_), rows_, columns_);

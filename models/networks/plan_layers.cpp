@@ -111,6 +111,12 @@ ConvolutionWeights weights_of(const nn::ConvTranspose2dImpl& layer,
   return convolution(folded, layer.options);
 }
 
+std::vector<int> integers_of(const torch::Tensor& tensor) {
+  const torch::Tensor flat = tensor.to(torch::kCPU, torch::kInt32).contiguous();
+  const int* first = flat.data_ptr<int>();
+  return {first, first + flat.numel()};
+}
+
 int add_layers(PlanBuilder& plan, const nn::Sequential& layers, std::vector<int> inputs,
                bool to_image) {
   Modules modules(layers);

@@ -21,6 +21,9 @@ ConvolutionWeights weights_of(const torch::nn::Conv2dImpl& layer,
 ConvolutionWeights weights_of(const torch::nn::ConvTranspose2dImpl& layer,
                               const torch::nn::BatchNorm2dImpl* normalisation);
 
+/// The numbers of a tensor of 64-bit integers, in the order of its last dimension.
+std::vector<int> integers_of(const torch::Tensor& tensor);
+
 /// Adds a chain of dense layers, convolutions and transposed convolutions, each optionally followed
 /// by batch normalisation, ReLU or PRelu, and pooling by 2. The first layer takes `inputs`. With
 /// `to_image` the last one is a plain convolution of stride 1 that makes planar maps. Returns the

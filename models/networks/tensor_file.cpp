@@ -26,6 +26,11 @@ NamedTensors weights_of(const torch::nn::Module& module) {
   return weights;
 }
 
+torch::Tensor tensor_of(const FloatRows& matrix) {
+  return torch::from_blob(const_cast<float*>(matrix.data()), {matrix.rows(), matrix.cols()})
+      .clone();
+}
+
 NamedTensors copies(const NamedTensors& tensors) {
   NamedTensors out;
   for (const auto& [name, values] : tensors) out.push_back({name, values.detach().clone()});

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/arrays.h"
 #include "core/hdf5_file.h"
 #include "models/networks/network.h"
 
@@ -24,6 +25,9 @@ using NamedTensors = std::vector<NamedTensor>;
 
 /// Parameters ("layers.0.weight") and buffers of a module, in its order; they are the module's own.
 NamedTensors weights_of(const torch::nn::Module& module);
+
+/// A copy of a matrix.
+torch::Tensor tensor_of(const FloatRows& matrix);
 
 /// Deep copies without gradients.
 NamedTensors copies(const NamedTensors& tensors);

@@ -45,14 +45,12 @@ void set_sensitivity_inverse(torch::nn::Linear& layer, const FitInput& input,
   const Eigen::MatrixXf inverse =
       (sensitivity_inverse(input) / (input.sensor.background * standardisation.image))
           .cast<float>();
-  const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> weight =
-      inverse * standardisation.scale.cwiseInverse().asDiagonal();
+  const FloatRows weight = inverse * standardisation.scale.cwiseInverse().asDiagonal();
   const Eigen::VectorXf bias = inverse * standardisation.mean.transpose();
   const torch::NoGradGuard no_gradients;
   layer->weight.zero_();  // what the network is told weighs nothing
-  layer->weight.slice(1, 0, weight.cols())
-      .copy_(torch::from_blob(const_cast<float*>(weight.data()), {weight.rows(), weight.cols()}));
-  layer->bias.copy_(torch::from_blob(const_cast<float*>(bias.data()), {bias.size()}));
+  layer->weight.slice(1, 0, weight.cols()).copy_(tensor_of(weight));
+  layer->bias.copy_(tensor_of(bias.transpose()).flatten());
 }
 
 RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda) {
@@ -70,10 +68,6 @@ RowMajorMatrix spatial_blur(const FitInput& input, std::optional<double> lambda)
 namespace {
 
 using nlohmann::json;
-
-torch::Tensor tensor_of(const Eigen::RowVectorXf& row) {
-  return torch::from_blob(const_cast<float*>(row.data()), {row.size()}).clone();
-}
 
 Eigen::RowVectorXf read_row(const Hdf5File& file, const std::string& dataset, int size) {
   const torch::Tensor row = read_tensor(file, dataset, torch::empty({size}));
@@ -245,7 +239,6 @@ void LearnedSolver::reconstruct(FramesView changes, ImagesView images,
       enter(changes, f, reports, frames.data_ptr<float>() + f * frames.size(1));
     }
     const torch::Tensor y = graph_->run(frames).contiguous();
-    using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     images = unit * Eigen::Map<const FloatRows>(y.data_ptr<float>(), images.rows(), images.cols())
                         .cast<double>();
     return;
@@ -277,8 +270,8 @@ std::optional<LayerList> LearnedSolver::layers() const {
 void LearnedSolver::save(const std::filesystem::path& file) const {
   Hdf5File out = create_solver_file(file, type_, sensor_, settings());
   out.write_text("/", "training", result_.dump());
-  write_tensor(out, "/mean", tensor_of(standardisation_.mean));
-  write_tensor(out, "/scale", tensor_of(standardisation_.scale));
+  write_tensor(out, "/mean", tensor_of(standardisation_.mean).flatten());
+  write_tensor(out, "/scale", tensor_of(standardisation_.scale).flatten());
   out.write_number("/", "image_unit", standardisation_.image);
   write_tensors(out, "/network", weights_of(*network_));
   out.close();

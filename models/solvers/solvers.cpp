@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "core/errors.h"
+#include "core/fields.h"
 #include "forward/data/dataset_file.h"
 #include "models/networks/dense_networks.h"
 #include "models/networks/lean_net.h"
@@ -87,10 +88,8 @@ std::shared_ptr<Network> EitNnSolver::make_network(const Sensor& sensor) const {
 
 std::unique_ptr<Objective> EitNnSolver::make_objective(const FitInput& input) const {
   if (loss_ != Loss::blurred) return plain_objective(loss_ == Loss::relative);
-  const Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> blur =
-      spatial_blur(input, lambda_.value).cast<float>();
   return std::make_unique<SquaredError>(
-      torch::from_blob(const_cast<float*>(blur.data()), {blur.rows(), blur.cols()}).clone());
+      tensor_of(spatial_blur(input, lambda_.value).cast<float>()));
 }
 
 void DdErtSolver::check(const Sensor& sensor) const { DdErtGenerator::check(sensor); }
@@ -137,12 +136,6 @@ RowMajorMatrix double_matrix(const torch::Tensor& tensor) {
   return Eigen::Map<const RowMajorMatrix>(wide.data_ptr<double>(), wide.size(0), wide.size(1));
 }
 
-torch::Tensor float_tensor(const RowMajorMatrix& matrix) {
-  return torch::from_blob(const_cast<double*>(matrix.data()), {matrix.rows(), matrix.cols()},
-                          torch::kFloat64)
-      .to(torch::kFloat32, false, true);
-}
-
 /// The linear estimate of y from standardised frames [frames, channels] as `enter` takes them in,
 /// [frames, inputs], with `told` columns of zeros behind the channels.
 LinearEstimate::Affine linear_estimate(
@@ -180,8 +173,8 @@ void DdErtSolver::initialise(Network& network, const FitInput& input,
         linear_estimate(input, standardisation, dense->weight.size(1), told(input.sensor),
                         [](const torch::Tensor& frames) { return frames; });
     const torch::NoGradGuard no_gradients;
-    dense->weight.copy_(float_tensor(affine.weights));
-    dense->bias.copy_(float_tensor(affine.offset.transpose()).flatten());
+    dense->weight.copy_(tensor_of(affine.weights.cast<float>()));
+    dense->bias.copy_(tensor_of(affine.offset.transpose().cast<float>()).flatten());
   }
   if (!train_dense_) {
     dense->weight.set_requires_grad(false);
@@ -250,8 +243,8 @@ void LeanNetSolver::initialise(Network& network, const FitInput& input,
   const LinearEstimate::Affine affine = linear_estimate(
       input, standardisation, Reciprocity(input.sensor).pairs() + told(input.sensor),
       told(input.sensor), [&](const torch::Tensor& frames) { return net.means_of_pairs(frames); });
-  net.set_first_image(float_tensor(affine.weights),
-                      float_tensor(affine.offset.transpose()).flatten());
+  net.set_first_image(tensor_of(affine.weights.cast<float>()),
+                      tensor_of(affine.offset.transpose().cast<float>()).flatten());
 }
 
 std::unique_ptr<Objective> LeanNetSolver::make_objective(const FitInput&) const {

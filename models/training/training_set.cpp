@@ -258,9 +258,8 @@ ValidationSet::ValidationSet(const DatasetFile& file, const Standardisation& sta
   mask_ = sheet_mask(file.sensor());
   truths_ = torch::empty({static_cast<std::int64_t>(touched.size()), 1, file.sensor().image_rows(),
                           file.sensor().image_columns()});
-  Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-      truths_.data_ptr<float>(), static_cast<Eigen::Index>(touched.size()), y.cols()) =
-      y(touched, Eigen::all).cast<float>();
+  Eigen::Map<FloatRows>(truths_.data_ptr<float>(), static_cast<Eigen::Index>(touched.size()),
+                        y.cols()) = y(touched, Eigen::all).cast<float>();
 }
 
 ValidationSet::Score ValidationSet::score(Network& network, torch::Device device) const {

@@ -27,8 +27,6 @@ class DatasetFile;
 /// trainings share the work of an epoch.
 class EpochScenes {
  public:
-  using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
   struct Block {
     FloatRows clean;   ///< [scenes, channels] V, without noise
     FloatRows change;  ///< [scenes, pixels] 1 - sigma / background
@@ -87,8 +85,6 @@ class TrainingSet {
   TrainingBatch batch(std::uint64_t first, std::uint64_t count, int threads = 1) const;
 
  private:
-  using FloatRows = EpochScenes::FloatRows;
-
   /// Draws the scene at `place` of the epoch's order. `voltages`: room for a frame.
   void draw(std::uint64_t place, Eigen::VectorXd& voltages, float* frame, float* truth) const;
   /// Puts level, gradient and displaced electrodes into the voltages of one frame.

@@ -87,8 +87,7 @@ std::map<std::string, std::string> matrix_files(const ExportProgram& program, co
   Images columns(channels, sensor.pixels());
   std::vector<FrameReport> reports(static_cast<std::size_t>(channels));
   solver.reconstruct(units, columns, reports);
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Rows matrix = columns.transpose().cast<float>();
+  const FloatRows matrix = columns.transpose().cast<float>();
   const bool half = precision == ExportPrecision::float16;
   const std::string shape =
       "(" + std::to_string(sensor.pixels()) + ", " + std::to_string(channels) + ")";

@@ -348,7 +348,7 @@ void MixtureMean::add_layers(LayerList& list, const Reciprocity& reciprocity) co
              .value = coordinates + 3,
              .width = static_cast<int>(estimates_.front().matrix.rows())};
   for (std::size_t k = 0; k < estimates_.size(); ++k) {
-    const Rows matrix = estimates_[k].matrix / scale;
+    const FloatRows matrix = estimates_[k].matrix / scale;
     mean.weights.insert(mean.weights.end(), matrix.data(), matrix.data() + matrix.size());
     mean.bias.push_back(static_cast<float>(log_weight_[static_cast<Eigen::Index>(k)]));
     const Eigen::VectorXf& constant = estimates_[k].constant;

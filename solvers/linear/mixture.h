@@ -34,7 +34,7 @@ class TrainingScenes {
 
   RowMajorMatrix changes_;  ///< [scenes, pairs]
   /// [scenes, pixels]; in single precision, because they take most of the memory.
-  Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> images_;
+  FloatRows images_;
   std::vector<Turn> turns_;  ///< the identity first
 };
 
@@ -97,7 +97,6 @@ class MixtureMean {
 
  private:
   using Matrix = Eigen::MatrixXf;
-  using Rows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
   struct Estimate {
     Matrix matrix;             ///< [pixels, directions]
@@ -105,7 +104,7 @@ class MixtureMean {
   };
 
   Matrix coordinates_;          ///< [directions, pairs], acts on the sums
-  Rows whitening_;              ///< of the leading directions, component by component
+  FloatRows whitening_;         ///< of the leading directions, component by component
   Eigen::VectorXf centres_;     ///< whitened means, component by component
   Eigen::VectorXd log_weight_;  ///< [components], with the determinant
   std::vector<Estimate> estimates_;

@@ -15,8 +15,6 @@
 
 namespace ertbench::testing {
 
-using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
 inline constexpr int frames = 60;
 inline constexpr int pixels = 576;
 inline constexpr int most_contacts = 8;  ///< ERT_MOST_CONTACTS

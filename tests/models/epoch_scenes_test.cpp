@@ -30,7 +30,7 @@ struct Epoch {
   bool operator==(const Epoch& other) const {
     return clean == other.clean && change == other.change;
   }
-  EpochScenes::FloatRows clean, change;
+  FloatRows clean, change;
 };
 
 Epoch epoch_of(const DatasetFile& file, std::uint64_t epoch) {
