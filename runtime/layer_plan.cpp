@@ -1,6 +1,5 @@
 #include "runtime/layer_plan.h"
 
-#include <algorithm>
 #include <map>
 #include <set>
 #include <stdexcept>

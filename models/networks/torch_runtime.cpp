@@ -12,7 +12,6 @@
 #include <torch/version.h>
 
 #include <cstdlib>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 

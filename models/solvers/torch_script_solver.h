@@ -3,7 +3,6 @@
 #include <torch/script.h>
 
 #include <filesystem>
-#include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
