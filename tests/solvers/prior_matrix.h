@@ -11,7 +11,9 @@ namespace ertbench::testing {
 inline Eigen::MatrixXd prior_matrix(Prior prior, const Eigen::MatrixXd& jacobian) {
   const Eigen::Index pixels = jacobian.cols();
   if (prior == Prior::tikhonov) return Eigen::MatrixXd::Identity(pixels, pixels);
-  if (prior == Prior::noser) return jacobian.colwise().norm().asDiagonal();
+  if (prior == Prior::noser) {
+    return Eigen::VectorXd(jacobian.colwise().norm().transpose()).asDiagonal();
+  }
   const Eigen::Index n = std::lround(std::sqrt(static_cast<double>(pixels)));
   Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(pixels, pixels);
   const auto join = [&](Eigen::Index p, Eigen::Index q) {
