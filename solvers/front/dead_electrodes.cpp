@@ -28,14 +28,14 @@ constexpr double halved_at_most = 0.66;
 constexpr double halved_share = 0.6;
 constexpr double like_halved = 0.2;
 
-/// The fewest electrodes that are in all of the `sets` but `left_over`, found one after the other,
+/// The fewest electrodes that are in all of the `sets` but `spared`, found one after the other,
 /// each in `least` of those that are left; none if they are more than FrameCheck::most_masked.
-ElectrodeSet explaining(const std::vector<ElectrodeSet>& sets, int least, int left_over) {
+ElectrodeSet explaining(const std::vector<ElectrodeSet>& sets, int least, int spared) {
   const auto unexplained = [&](ElectrodeSet by) {
     return std::count_if(sets.begin(), sets.end(), [&](ElectrodeSet set) { return !(set & by); });
   };
   ElectrodeSet found = 0;
-  while (unexplained(found) > left_over) {
+  while (unexplained(found) > spared) {
     std::array<int, 64> votes{};
     for (const ElectrodeSet set : sets) {
       for (ElectrodeSet left = set & found ? 0 : set; left != 0; left &= left - 1) {
@@ -49,7 +49,7 @@ ElectrodeSet explaining(const std::vector<ElectrodeSet>& sets, int least, int le
   // One between two others may have been named first.
   for (ElectrodeSet left = found; left != 0; left &= left - 1) {
     const ElectrodeSet without = found & ~(left & -left);
-    if (unexplained(without) <= left_over) found = without;
+    if (unexplained(without) <= spared) found = without;
   }
   return size_of(found) <= FrameCheck::most_masked ? found : 0;
 }
