@@ -259,7 +259,7 @@ TEST(KtcExperiment, SaysWhatIsMissing) {
   made.write_reference(own);
   made.write_data(own / "data1.mat", 3);
   EXPECT_EQ(message([&] {
-              results_in(folder.path() / "evaluation_datasets", {});
+              results_in(folder.path() / "evaluation_datasets", {{{"type", "one-step-gn"}}});
             }).find("ktc.json: /levels: no target in "),
             0u);
 }

@@ -196,7 +196,7 @@ TEST_F(PageTest, WhatIsNotThereIsAnErrorWithItsPlace) {
   EXPECT_NE(error("{{.3f t gn PE}}").find("no PE"), std::string::npos);
   EXPECT_NE(error("{{.3f (/ 2 (t * RIE))}}").find("one number is meant"), std::string::npos);
   EXPECT_NE(error("{{.3f t gn RIE"), "");
-  EXPECT_NE(error("{{each t gn: {label {.3f RIE}}").find("\"}\" is missing"), std::string::npos);
+  EXPECT_NE(error("{{each t gn: } {label}}").find("\"}\" is missing"), std::string::npos);
   EXPECT_NE(error("{{.3f t gn RIE.ci95.high}}").find("\"high\" is no place in a list"),
             std::string::npos);
   EXPECT_NE(error("{{.3f (/ 1)}}").find("takes more"), std::string::npos);
