@@ -176,9 +176,10 @@ KtcResults ktc_results(const ExperimentJson& json) {
   const bool any = std::ranges::any_of(targets, [&](const KtcTarget& target) {
     return target.any_level || std::ranges::find(spec.levels, target.level) != spec.levels.end();
   });
-  if (!any)
+  if (!any) {
     throw InputError(json.source + ": /levels: no target in " + printable_path(spec.data.string()) +
                      " is of these levels");
+  }
   std::map<fs::path, KtcReference> references;
   for (const KtcTarget& target : targets) {
     results.simulated_levels |= target.any_level;

@@ -21,7 +21,7 @@ ConvolutionWeights weights_of(const torch::nn::Conv2dImpl& layer,
 ConvolutionWeights weights_of(const torch::nn::ConvTranspose2dImpl& layer,
                               const torch::nn::BatchNorm2dImpl* normalisation);
 
-/// The numbers of a tensor of 64-bit integers, in the order of its last dimension.
+/// The numbers of a tensor of integers below 2^31, of its last dimension the fastest.
 std::vector<int> integers_of(const torch::Tensor& tensor);
 
 /// Adds a chain of dense layers, convolutions and transposed convolutions, each optionally followed
