@@ -1,9 +1,9 @@
 # How the rooms of a library are compiled.
 
-# A room is one translation unit with ERTBENCH_UNITY: its files then share the reading of headers and
-# the instances of templates, which are nine tenths of compiling them one by one. Without it, for work
-# on single files, the headers that nearly every file reads are precompiled.
-# Rooms that are named behind the target are one unit together.
+# With ERTBENCH_UNITY a library is one translation unit, but for lists of rooms that are named behind
+# the target, each of which is a unit of its own: files of a unit share the reading of headers and the
+# instances of templates, which are nine tenths of compiling them one by one. Without it, for work on
+# single files, the headers that nearly every file reads are precompiled.
 function(ertbench_rooms target)
   if(NOT ERTBENCH_UNITY)
     target_precompile_headers(${target} PRIVATE
@@ -18,13 +18,17 @@ function(ertbench_rooms target)
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   get_target_property(sources ${target} SOURCES)
   foreach(source ${sources})
-    get_filename_component(source ${source} ABSOLUTE)
-    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(path ${source} ABSOLUTE)
+    get_filename_component(folder ${path} DIRECTORY)
     get_filename_component(room ${folder} NAME)
-    if(room IN_LIST ARGN)
-      set(room shared)
-    endif()
-    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${room})
+    set(unit all)
+    foreach(rooms IN LISTS ARGN)
+      string(REPLACE "+" ";" names ${rooms})
+      if(room IN_LIST names)
+        list(GET names 0 unit)
+      endif()
+    endforeach()
+    set_source_files_properties(${path} PROPERTIES UNITY_GROUP ${unit})
   endforeach()
 endfunction()
 

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double time_limit_s = 120;
+constexpr double image_limit_s = 120;
 
 double difference(const fs::path& before, const fs::path& now) {
   const Hdf5File a = Hdf5File::open(before);
@@ -42,7 +42,7 @@ bool make_images(const StoredImages& images) {
   ChildProcess process(
       {fs::read_symlink("/proc/self/exe").string(), "reconstruct", "--solver", images.spec.string(),
        "--input", images.frames.string(), "--output", images.now.string()},
-      {images.log}, {time_limit_s});
+      {images.log}, {image_limit_s});
   return process.wait().ok();
 }
 

@@ -94,7 +94,7 @@ constexpr int most_across = 4;
 constexpr double panel_side =
     190;  ///< of the sheet's longer side, px; a single image's is twice that
 constexpr double gap = 10;
-constexpr double caption = 20;  ///< below each panel
+constexpr double caption_height = 20;  ///< below each panel
 constexpr double border = 8;
 constexpr double bar_room = 96;    ///< of the colour bar with its title
 constexpr double scale_room = 26;  ///< of the bar in mm
@@ -184,19 +184,20 @@ void draw_images_figure(const Sensor& sensor, const Images& changes,
   const int across = std::min(count, most_across);
   const int down = (count + across - 1) / across;
   const double images_width = across * panel.x() + (across - 1) * gap;
-  const double images_height = down * (panel.y() + caption);
+  const double images_height = down * (panel.y() + caption_height);
 
   Canvas canvas(2 * border + images_width + bar_room, 2 * border + images_height + scale_room);
   ImagePanels panels(canvas, sensor, colour_scale(shown, {}, 8));
   for (int i = 0; i < count; ++i) {
-    const Box box = Box::sized(border + i % across * (panel.x() + gap),
-                               border + static_cast<double>(i / across) * (panel.y() + caption),
-                               panel.x(), panel.y());
+    const Box box =
+        Box::sized(border + i % across * (panel.x() + gap),
+                   border + static_cast<double>(i / across) * (panel.y() + caption_height),
+                   panel.x(), panel.y());
     const Eigen::RowVectorXd image = shown.row(i);
     panels.image(box, image, image.array().isFinite().any() ? "" : "undefined");
     canvas.text(labels[static_cast<std::size_t>(i)], box.middle(), box.bottom + 9, {.size = 10});
   }
-  const double bar_height = std::min(images_height - caption, 2 * panel.y());
+  const double bar_height = std::min(images_height - caption_height, 2 * panel.y());
   panels.colour_bar(
       Box::sized(border + images_width + 14, border, ImagePanels::bar_width, bar_height),
       "δσ / background");

@@ -129,7 +129,7 @@ void DdErtSolver::visit(Fields& fields) {
 namespace {
 
 constexpr std::uint64_t most_scenes = 20000;  ///< that the linear estimate is fitted to
-constexpr std::uint64_t scenes_at_a_time = 1024;
+constexpr std::uint64_t estimated_at_a_time = 1024;
 
 RowMajorMatrix double_matrix(const torch::Tensor& tensor) {
   const torch::Tensor wide = tensor.detach().to(torch::kFloat64).contiguous();
@@ -145,8 +145,8 @@ LinearEstimate::Affine linear_estimate(
   const Eigen::RowVectorXd reference = training.reference_voltages().transpose();
   LinearEstimate estimate(inputs, input.sensor.pixels());
   const std::uint64_t scenes = std::min(training.size(), most_scenes);
-  for (std::uint64_t first = 0; first < scenes; first += scenes_at_a_time) {
-    const std::uint64_t count = std::min(scenes_at_a_time, scenes - first);
+  for (std::uint64_t first = 0; first < scenes; first += estimated_at_a_time) {
+    const std::uint64_t count = std::min(estimated_at_a_time, scenes - first);
     const Frames changes = training.voltages(first, count).rowwise() - reference;
     const Images images =
         (1 - training.conductivity(first, count).array() / input.sensor.background) /

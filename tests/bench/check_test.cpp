@@ -40,7 +40,7 @@ ResultRow result(const std::string& label, const std::string& type) {
   return row;
 }
 
-ResultRow truth() {
+ResultRow true_row() {
   ResultRow row = result("truth", "truth");
   row.metrics[Metric::AR].mean = 1;
   row.metrics[Metric::RES].mean = 82;
@@ -72,7 +72,8 @@ BaselineRow baseline_row(const ResultRow& row) {
 /// The truth, and a row of each class.
 struct Case {
   Case()
-      : rows{truth(), result("gn", "one-step-gn"), result("tv", "pdipm"), result("net", "fcnn")} {
+      : rows{true_row(), result("gn", "one-step-gn"), result("tv", "pdipm"),
+             result("net", "fcnn")} {
     baseline.cpu = this_machine.cpu;
     for (const ResultRow& row : rows) {
       baseline.rows.push_back(baseline_row(row));

@@ -13,7 +13,7 @@
 #include "core/files.h"
 #include "forward/data/dataset_file.h"
 #include "forward/data/generate.h"
-#include "forward/sheet/rasterise.h"
+#include "tests/bench/disc_scenes.h"
 
 namespace ertbench {
 namespace {
@@ -21,16 +21,9 @@ namespace {
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
 using nlohmann::json;
-
-const Sensor kSensor;
-
-Contact disc(double x, double y, double radius = 0.15, double ratio = 0.6) {
-  Contact contact;
-  contact.centre = {x, y};
-  contact.half_size = {radius, radius};
-  contact.conductivity_ratio = ratio;
-  return contact;
-}
+using testing::disc;
+using testing::kSensor;
+using testing::true_image;
 
 FoundContact at(double x, double y) {
   FoundContact contact;
@@ -39,12 +32,6 @@ FoundContact at(double x, double y) {
   contact.peak = 0.02;
   contact.area = 0.05;
   return contact;
-}
-
-RowVectorXd true_image(const Scene& scene) {
-  Eigen::VectorXd ratio(kSensor.pixels());
-  rasterise(scene, kSensor.image(), Rasterisation::area, ratio);
-  return kSensor.background * ratio.transpose();
 }
 
 FrameMetrics metrics_of(const Scene& scene, const std::vector<FoundContact>& found) {

@@ -38,10 +38,10 @@ JudgedFrame judged(const Scene& truth, const RowVectorXd& change,
   return judge(Sensor{}, FailureRule{}, truth, conductivity_of(truth), change, status);
 }
 
-const Scene disc = {{contact(Shape::disc, {0.3, 0.2}, {0.2, 0.2})}};
+const Scene disc_scene = {{contact(Shape::disc, {0.3, 0.2}, {0.2, 0.2})}};
 
 TEST(FrameFailure, APerfectImageDoesNotFail) {
-  const JudgedFrame frame = judged(disc, change_of(disc));
+  const JudgedFrame frame = judged(disc_scene, change_of(disc_scene));
   EXPECT_EQ(frame.failed, 0);
   EXPECT_NEAR(*frame.error, 0, 1e-12);
   EXPECT_EQ(*frame.distance, 0);
@@ -49,17 +49,17 @@ TEST(FrameFailure, APerfectImageDoesNotFail) {
 }
 
 TEST(FrameFailure, NothingIsAsBadAsNothing) {
-  const JudgedFrame frame = judged(disc, RowVectorXd::Zero(576));
+  const JudgedFrame frame = judged(disc_scene, RowVectorXd::Zero(576));
   EXPECT_EQ(frame.failed, static_cast<int>(FailureKind::worse_than_nothing));
   EXPECT_EQ(*frame.error, 1);
   EXPECT_FALSE(frame.distance) << "it shows no contact that could be misplaced";
 }
 
 TEST(FrameFailure, UndefinedImages) {
-  RowVectorXd change = change_of(disc);
+  RowVectorXd change = change_of(disc_scene);
   change[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(judged(disc, change).failed, static_cast<int>(FailureKind::undefined));
-  const JudgedFrame frame = judged(disc, change_of(disc), FrameStatus::undefined);
+  EXPECT_EQ(judged(disc_scene, change).failed, static_cast<int>(FailureKind::undefined));
+  const JudgedFrame frame = judged(disc_scene, change_of(disc_scene), FrameStatus::undefined);
   EXPECT_EQ(frame.failed, static_cast<int>(FailureKind::undefined));
   EXPECT_FALSE(frame.error || frame.peak);
 }
@@ -67,14 +67,14 @@ TEST(FrameFailure, UndefinedImages) {
 TEST(FrameFailure, AMisplacedContact) {
   // The right contact, weakly, and a stronger one elsewhere: 0.9 + 0.2 from the true disc's border.
   const Scene both = {{contact(Shape::disc, {-0.6, 0.2}, {0.1, 0.1})}};
-  const RowVectorXd change = 0.5 * change_of(disc) + 1.2 * change_of(both);
-  const JudgedFrame frame = judged(disc, change);
+  const RowVectorXd change = 0.5 * change_of(disc_scene) + 1.2 * change_of(both);
+  const JudgedFrame frame = judged(disc_scene, change);
   EXPECT_TRUE(frame.has(FailureKind::misplaced));
   EXPECT_NEAR(*frame.distance, 0.7, 0.02);
   EXPECT_FALSE(frame.has(FailureKind::worse_than_nothing));
   // Moved by less than an eighth of the side it counts as found.
   const Scene near_by = {{contact(Shape::disc, {0.3, 0.6}, {0.2, 0.2})}};
-  const JudgedFrame close = judged(disc, change_of(near_by));
+  const JudgedFrame close = judged(disc_scene, change_of(near_by));
   EXPECT_NEAR(*close.distance, 0.2, 0.02);
   EXPECT_FALSE(close.has(FailureKind::misplaced));
   EXPECT_TRUE(close.has(FailureKind::worse_than_nothing)) << *close.error;

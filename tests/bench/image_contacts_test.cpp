@@ -8,17 +8,18 @@
 #include <numbers>
 
 #include "forward/sheet/rasterise.h"
+#include "tests/bench/disc_scenes.h"
 
 namespace ertbench {
 namespace {
 
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
+using testing::kSensor;
 
-const Sensor kSensor;
 constexpr double kMm = 100;  // of a domain unit of the default sheet
 
-Contact disc(double x_mm, double y_mm, double radius_mm, double ratio = 0.6) {
+Contact disc_mm(double x_mm, double y_mm, double radius_mm, double ratio = 0.6) {
   Contact contact;
   contact.centre = Vector2d(x_mm, y_mm) / kMm;
   contact.half_size = Vector2d::Constant(radius_mm / kMm);
@@ -26,7 +27,7 @@ Contact disc(double x_mm, double y_mm, double radius_mm, double ratio = 0.6) {
   return contact;
 }
 
-RowVectorXd change_of(const Scene& scene) {
+RowVectorXd true_change(const Scene& scene) {
   Eigen::VectorXd ratio(kSensor.pixels());
   rasterise(scene, kSensor.image(), Rasterisation::area, ratio);
   return kSensor.background * (ratio.transpose().array() - 1);
@@ -51,7 +52,8 @@ std::vector<FoundContact> read(const RowVectorXd& change, const ContactRule& rul
 TEST(ImageContacts, TwoDiscs30MmApartAreTwo) {
   // 30 mm from centre to centre with a radius of 10 mm: 10 mm, more than a pixel (8.3 mm), lie
   // between them.
-  const auto found = read(change_of({{disc(-40, 10, 10, 0.4), disc(-10, 10, 10, 0.6)}, {}}));
+  const auto found =
+      read(true_change({{disc_mm(-40, 10, 10, 0.4), disc_mm(-10, 10, 10, 0.6)}, {}}));
   ASSERT_EQ(found.size(), 2u);
   // A pixel of the rim that is below the threshold is missed on one side: 8.3 mm away, it weighs a
   // quarter of a peak beside an area of 4.5 peaks, 0.5 mm; there are a few.
@@ -103,9 +105,9 @@ TEST(ImageContacts, PlateausAndRidgesAreOne) {
   ring_part.shape = Shape::rectangle;
   ring_part.half_size = {0.6, 0.1};
   ring_part.angle = 0.7;
-  EXPECT_EQ(read(change_of({{ring_part}, {}})).size(), 0u) << "a ratio of 1 is no change";
+  EXPECT_EQ(read(true_change({{ring_part}, {}})).size(), 0u) << "a ratio of 1 is no change";
   ring_part.conductivity_ratio = 0.5;
-  EXPECT_EQ(read(change_of({{ring_part}, {}})).size(), 1u);
+  EXPECT_EQ(read(true_change({{ring_part}, {}})).size(), 1u);
 }
 
 TEST(ImageContacts, SignsAreKeptApart) {
@@ -118,7 +120,8 @@ TEST(ImageContacts, SignsAreKeptApart) {
 }
 
 TEST(ImageContacts, TheRuleSaysWhatCounts) {
-  const RowVectorXd change = change_of({{disc(-40, 10, 20, 0.5), disc(40, 10, 20, 0.9)}, {}});
+  const RowVectorXd change =
+      true_change({{disc_mm(-40, 10, 20, 0.5), disc_mm(40, 10, 20, 0.9)}, {}});
   EXPECT_EQ(read(change).size(), 1u) << "the weak one has a fifth";
   ContactRule rule;
   rule.threshold = 0.15;
@@ -133,7 +136,7 @@ TEST(ImageContacts, TheRuleSaysWhatCounts) {
 TEST(ImageContacts, AReaderRemembersNothing) {
   ContactReader reader(kSensor);
   std::vector<FoundContact> found;
-  const RowVectorXd two = change_of({{disc(-40, 10, 10), disc(-10, 10, 10)}, {}});
+  const RowVectorXd two = true_change({{disc_mm(-40, 10, 10), disc_mm(-10, 10, 10)}, {}});
   const RowVectorXd none = RowVectorXd::Zero(kSensor.pixels());
   for (int i = 0; i < 3; ++i) {
     reader.read({}, two, found);
@@ -147,7 +150,7 @@ TEST(ImageContacts, TruePlacesLieOnTheSheet) {
   Contact triangle;
   triangle.shape = Shape::polygon;
   triangle.vertices = {{0, 0}, {0.3, 0}, {0, 0.3}};
-  const Scene scene{{disc(104, 0, 20), disc(96, -50, 20), triangle}, {}};
+  const Scene scene{{disc_mm(104, 0, 20), disc_mm(96, -50, 20), triangle}, {}};
   const auto places = true_places_mm(kSensor, scene);
   ASSERT_EQ(places.size(), 2u);
   EXPECT_LT((places[0] - Vector2d(96, -50)).norm(), 1e-9);
@@ -156,7 +159,7 @@ TEST(ImageContacts, TruePlacesLieOnTheSheet) {
 
 TEST(FrameReading, IsInMillimetres) {
   // One disc's sum is its area times the change; its centroid is its centre.
-  const RowVectorXd change = change_of({{disc(-41, 13, 20, 0.5)}, {}});
+  const RowVectorXd change = true_change({{disc_mm(-41, 13, 20, 0.5)}, {}});
   const FrameReading reading = frame_reading(kSensor, change, read(change));
   EXPECT_NEAR(reading.peak.value(), -0.5 * kSensor.background, 1e-12);
   EXPECT_NEAR(reading.sum.value(), -0.5 * kSensor.background * std::numbers::pi * 400, 1e-9);

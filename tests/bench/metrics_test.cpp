@@ -7,28 +7,15 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "forward/sheet/rasterise.h"
+#include "tests/bench/disc_scenes.h"
 
 namespace ertbench {
 namespace {
 
 using Eigen::RowVectorXd;
-
-const Sensor kSensor;
-
-Contact disc(double x, double y, double radius, double ratio = 0.6) {
-  Contact contact;
-  contact.centre = {x, y};
-  contact.half_size = {radius, radius};
-  contact.conductivity_ratio = ratio;
-  return contact;
-}
-
-RowVectorXd true_image(const Scene& scene) {
-  Eigen::VectorXd ratio(kSensor.pixels());
-  rasterise(scene, square_sheet()->pixels(kSensor.image_grid), Rasterisation::area, ratio);
-  return kSensor.background * ratio.transpose();
-}
+using testing::disc;
+using testing::kSensor;
+using testing::true_image;
 
 RowVectorXd change_of(const RowVectorXd& conductivity) {
   return conductivity.array() - kSensor.background;

@@ -175,7 +175,7 @@ TEST_F(ReportPage, NamesAChartThatIsNotThere) {
   }
 }
 
-ResultRow made_row(const std::string& label, const std::string& dataset) {
+ResultRow reported_row(const std::string& label, const std::string& dataset) {
   ResultRow row;
   row.label = row.type = label;
   row.dataset = dataset;
@@ -202,9 +202,9 @@ TEST_F(ReportPage, OfAnExperimentKeepsEveryRowWithItsNumbers) {
   text.published.source = "Zheng et al., Table C1";
   text.published.rows = {{"gn", {}}};
   text.published.rows[0].values[Metric::AR] = 1.231;
-  std::vector<ResultRow> rows = {made_row("truth", "test"), made_row("no-contact", "test"),
-                                 made_row("gn", "test"),    made_row("net", "test"),
-                                 made_row("lost", "test"),  made_row("gn", "edge")};
+  std::vector<ResultRow> rows = {reported_row("truth", "test"), reported_row("no-contact", "test"),
+                                 reported_row("gn", "test"),    reported_row("net", "test"),
+                                 reported_row("lost", "test"),  reported_row("gn", "edge")};
   rows[3].seeds = SeedSpread{};
   rows[3].seeds->values = {1, 2, 3};
   rows[3].seeds->deviation[Metric::AR] = 0.004;

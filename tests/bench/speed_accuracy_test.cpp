@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 using testing::count;
 
-ResultRow made_row(const std::string& label, double p50, double error, double validation = 0) {
+ResultRow charted_row(const std::string& label, double p50, double error, double validation = 0) {
   ResultRow row;
   row.label = label;
   row.type = row.family = label.substr(0, label.find(' '));
@@ -41,12 +41,12 @@ struct Sample {
   SpeedQuestion question;
 
   Sample() {
-    rows = {made_row("no-contact", 1, 1),     made_row("gn", 4, 0.7, 0.72),
-            made_row("svd 10", 1, 0.9, 0.93), made_row("svd 20", 2, 0.81, 0.8),
-            made_row("svd 40", 3, 0.8, 0.79), made_row("net small", 100, 0.5, 0.51),
-            made_row("net", 600, 0.4, 0.42),  made_row("net wide", 700, 0.41, 0.41),
-            made_row("tv few", 1200, 0.3),    made_row("tv", 2000, 0.65),
-            made_row("broken", 0.5, 0.1)};
+    rows = {charted_row("no-contact", 1, 1),     charted_row("gn", 4, 0.7, 0.72),
+            charted_row("svd 10", 1, 0.9, 0.93), charted_row("svd 20", 2, 0.81, 0.8),
+            charted_row("svd 40", 3, 0.8, 0.79), charted_row("net small", 100, 0.5, 0.51),
+            charted_row("net", 600, 0.4, 0.42),  charted_row("net wide", 700, 0.41, 0.41),
+            charted_row("tv few", 1200, 0.3),    charted_row("tv", 2000, 0.65),
+            charted_row("broken", 0.5, 0.1)};
     rows.front().latency_us.reset();
     rows[8].frames_not_converged = 11;  // more than 1 %
     rows[9].frames_not_converged = 10;
@@ -75,7 +75,7 @@ TEST(SpeedAccuracy, TheFrontierHoldsWhatNothingFasterBeats) {
 
 TEST(SpeedAccuracy, AThousandthIsNoGain) {
   Sample sample;
-  sample.rows.push_back(made_row("gn exact", 5, 0.7 * (1 - 5e-4)));
+  sample.rows.push_back(charted_row("gn exact", 5, 0.7 * (1 - 5e-4)));
   sample.question.labels.push_back("gn exact");
   sample.question.budgets_us = {8};
   const SpeedAccuracy chart = sample.chart();
@@ -211,7 +211,7 @@ TEST(SpeedAccuracy, TheStaircaseGoesDownAndOutToTheFarSide) {
 
 TEST(SpeedAccuracy, AnErrorBeyondDoingNothingDoesNotStretchTheScale) {
   Sample sample;
-  sample.rows.push_back(made_row("svd 104", 4.5, 9752));
+  sample.rows.push_back(charted_row("svd 104", 4.5, 9752));
   sample.question.labels.push_back("svd 104");
   const SpeedPanel panel = speed_panel(sample.chart(), {0, 0, 600, 400}, false);
   EXPECT_LT(panel.errors.high, 1.2);
@@ -316,7 +316,7 @@ TEST(LabelLayout, SegmentsCross) {
 TEST(SpeedPanelLabels, AFamilyOfWhichMuchLiesBeyondTheScaleHasOneName) {
   Sample sample;
   for (const int rank : {60, 80, 100}) {
-    sample.rows.push_back(made_row("svd " + std::to_string(rank), 0.1 * rank, 0.05 * rank));
+    sample.rows.push_back(charted_row("svd " + std::to_string(rank), 0.1 * rank, 0.05 * rank));
     sample.question.labels.push_back(sample.rows.back().label);
   }
   const SpeedAccuracy chart = sample.chart();
@@ -355,7 +355,7 @@ TEST_F(SpeedChart, TheFrontPageNamesTheFrontierAndTheBestOfEachMethod) {
   question.dataset = "test";
   std::vector<ResultRow> rows;
   const auto add = [&](const std::string& label, const std::string& type, double us, double error) {
-    rows.push_back(made_row(label, us, error));
+    rows.push_back(charted_row(label, us, error));
     rows.back().type = type;
     rows.back().metrics[question.metric].mean = error;
     rows.back().parameters = JsonValue(nlohmann::json{{"prior", "noser"}});

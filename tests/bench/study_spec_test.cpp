@@ -31,16 +31,16 @@ json touch_experiment() {
           {"studies", {{{"type", "localisation"}, {"sets", {"places"}}}}}};
 }
 
-Experiment read(const json& value) {
+Experiment study_of(const json& value) {
   const testing::TemporaryFolder folder;
   testing::write_text(folder / "e.json", value.dump());
   SolverRegistry registry;
   return read_experiment(folder / "e.json", registry, chart_types());
 }
 
-std::string refusal_of(const json& value) {
+std::string study_refusal(const json& value) {
   try {
-    read(value);
+    study_of(value);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -48,7 +48,7 @@ std::string refusal_of(const json& value) {
 }
 
 TEST(StudySpec, IsReadWithItsDefaults) {
-  const Experiment experiment = read(touch_experiment());
+  const Experiment experiment = study_of(touch_experiment());
   ASSERT_EQ(experiment.studies.size(), 1u);
   EXPECT_EQ(experiment.studies[0].name, "localisation");
   EXPECT_EQ(experiment.studies[0].maps, std::vector<std::string>{"places"});
@@ -59,23 +59,24 @@ TEST(StudySpec, IsReadWithItsDefaults) {
 TEST(StudySpec, RefusesSetsOfAnotherKind) {
   json value = touch_experiment();
   value["studies"][0]["sets"] = {"writing"};
-  EXPECT_NE(refusal_of(value).find("/studies/0/sets"), std::string::npos) << refusal_of(value);
+  EXPECT_NE(study_refusal(value).find("/studies/0/sets"), std::string::npos)
+      << study_refusal(value);
   value["studies"][0] = {{"type", "tracking"}, {"sets", {"writing"}}};
-  EXPECT_EQ(refusal_of(value), "");
+  EXPECT_EQ(study_refusal(value), "");
   value["studies"][0] = {{"type", "collision"}, {"quiet", "writing"}};
-  EXPECT_NE(refusal_of(value), "");
+  EXPECT_NE(study_refusal(value), "");
   value["studies"][0] = {{"type", "tracking"}, {"sets", {"absent"}}};
-  EXPECT_NE(refusal_of(value), "");
+  EXPECT_NE(study_refusal(value), "");
 }
 
 TEST(StudySpec, TouchesNeedASkinAndAGrid) {
   json value = touch_experiment();
   value["datasets"]["places"]["grid"] = "auto";
-  EXPECT_NE(refusal_of(value).find("/datasets/places/grid"), std::string::npos)
-      << refusal_of(value);
+  EXPECT_NE(study_refusal(value).find("/datasets/places/grid"), std::string::npos)
+      << study_refusal(value);
   value = touch_experiment();
   value.erase("sensor");
-  EXPECT_NE(refusal_of(value).find("skin"), std::string::npos) << refusal_of(value);
+  EXPECT_NE(study_refusal(value).find("skin"), std::string::npos) << study_refusal(value);
 }
 
 }  // namespace

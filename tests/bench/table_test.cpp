@@ -15,7 +15,7 @@
 namespace ertbench {
 namespace {
 
-ResultRow made_row(const std::string& label, const std::string& dataset) {
+ResultRow table_row(const std::string& label, const std::string& dataset) {
   ResultRow row;
   row.label = label;
   row.type = "one-step-gn";
@@ -109,7 +109,7 @@ std::string field(const std::vector<std::vector<std::string>>& records, std::siz
 }
 
 TEST(ResultTable, ShowsThePipeWhereASolverHasOne) {
-  std::vector<ResultRow> rows = {made_row("gn", "test"), made_row("python", "test")};
+  std::vector<ResultRow> rows = {table_row("gn", "test"), table_row("python", "test")};
   EXPECT_EQ(markdown_table(rows, text_of()).find("pipe"), std::string::npos);
   rows[1].latency_us->pipe = 7.25;
   const std::string text = markdown_table(rows, text_of());
@@ -119,7 +119,7 @@ TEST(ResultTable, ShowsThePipeWhereASolverHasOne) {
 }
 
 TEST(ResultTable, ShowsTheTimeToContactsWhereItWasMeasured) {
-  std::vector<ResultRow> rows = {made_row("gn", "test"), made_row("older", "test")};
+  std::vector<ResultRow> rows = {table_row("gn", "test"), table_row("older", "test")};
   EXPECT_EQ(markdown_table(rows, text_of()).find("to contacts"), std::string::npos);
   rows[0].latency_us->contacts_p50 = 14.5;
   rows[0].latency_us->contacts_p99 = 51.25;
@@ -129,7 +129,7 @@ TEST(ResultTable, ShowsTheTimeToContactsWhereItWasMeasured) {
 }
 
 TEST(MarkdownTable, ShowsMeanIntervalPublishedValueAndDifference) {
-  const std::vector<ResultRow> rows = {made_row("gn", "test")};
+  const std::vector<ResultRow> rows = {table_row("gn", "test")};
   const std::string out = markdown_table(rows, text_of());
   EXPECT_NE(out.find("1.102 [1.092, 1.112]<br>paper 1.231 (−0.129)"), std::string::npos) << out;
   EXPECT_NE(out.find("79.50 [79.30, 79.70]<br>paper 79.50 (0.00)"), std::string::npos) << out;
@@ -142,8 +142,8 @@ TEST(MarkdownTable, ShowsMeanIntervalPublishedValueAndDifference) {
 }
 
 TEST(MarkdownTable, HasOneTableForEachDatasetAndAsManyCellsInEachLine) {
-  std::vector<ResultRow> rows = {made_row("gn", "test"), made_row("a|b", "edge"),
-                                 made_row("c", "test"), failed_row("a|b")};
+  std::vector<ResultRow> rows = {table_row("gn", "test"), table_row("a|b", "edge"),
+                                 table_row("c", "test"), failed_row("a|b")};
   const std::string out = markdown_table(rows, text_of());
   EXPECT_EQ(lines_with(out, "## "), (std::vector<std::string>{"## test", "## edge"}));
   const auto lines = lines_with(out, "| ");
@@ -161,7 +161,7 @@ TEST(MarkdownTable, HasOneTableForEachDatasetAndAsManyCellsInEachLine) {
 TEST(MarkdownTable, ComparesWithThePaperOnItsDatasetsOnly) {
   TableText text = text_of();
   text.published.datasets = {"test"};
-  const std::vector<ResultRow> rows = {made_row("gn", "edge")};
+  const std::vector<ResultRow> rows = {table_row("gn", "edge")};
   EXPECT_EQ(markdown_table(rows, text).find("1.231"), std::string::npos);
   text.published.datasets = {"test", "edge"};
   EXPECT_NE(markdown_table(rows, text).find("1.231"), std::string::npos);
@@ -169,7 +169,7 @@ TEST(MarkdownTable, ComparesWithThePaperOnItsDatasetsOnly) {
 
 TEST(MarkdownTable, KeepsAFailedRowWithItsStatusAndMessage) {
   const std::string message = "line one\nline two " + std::string(200, 'x');
-  const std::vector<ResultRow> rows = {made_row("gn", "test"), failed_row(message)};
+  const std::vector<ResultRow> rows = {table_row("gn", "test"), failed_row(message)};
   const std::string out = markdown_table(rows, text_of());
   const auto lines = lines_with(out, "| dd-ert<br>timed out: line one line two xxx");
   ASSERT_EQ(lines.size(), 1U) << out;
@@ -182,7 +182,7 @@ TEST(MarkdownTable, KeepsAFailedRowWithItsStatusAndMessage) {
 }
 
 TEST(MarkdownTable, ShowsUndefinedMetricsWithTheirCount) {
-  ResultRow row = made_row("no-contact", "test");
+  ResultRow row = table_row("no-contact", "test");
   row.metrics[Metric::RES] = {std::nullopt, std::nullopt, std::nullopt, 0, 1000};
   row.metrics[Metric::PE] = {0.02, Interval{0.01, 0.03}, 0.02, 997, 3};
   const std::string out = markdown_table(std::vector{row}, text_of());
@@ -191,8 +191,8 @@ TEST(MarkdownTable, ShowsUndefinedMetricsWithTheirCount) {
 }
 
 /// A row of three seeds.
-ResultRow row_of_seeds() {
-  ResultRow row = made_row("net", "test");
+ResultRow seeded_row() {
+  ResultRow row = table_row("net", "test");
   SeedSpread& seeds = row.seeds.emplace();
   seeds.values = {1, 2, 3};
   seeds.deviation[Metric::AR] = 0.0042;
@@ -201,17 +201,17 @@ ResultRow row_of_seeds() {
 }
 
 TEST(MarkdownTable, ShowsTheSpreadOfTheSeeds) {
-  const std::string out = markdown_table(std::vector{row_of_seeds()}, text_of());
+  const std::string out = markdown_table(std::vector{seeded_row()}, text_of());
   EXPECT_NE(out.find("1.102 [1.092, 1.112]<br>± 0.004 over 3 seeds"), std::string::npos) << out;
   EXPECT_NE(out.find("standard deviation"), std::string::npos);
   EXPECT_NE(out.find("first seed's"), std::string::npos);
-  const std::string single = markdown_table(std::vector{made_row("gn", "test")}, text_of());
+  const std::string single = markdown_table(std::vector{table_row("gn", "test")}, text_of());
   EXPECT_EQ(single.find("±"), std::string::npos);
 }
 
 TEST(MarkdownTable, LabelsStayWhatTheyAre) {
   const std::vector<ResultRow> rows = {
-      made_row("*a* <b> [l](x) _e_ in_word `c` $m$ &amp;", "test")};
+      table_row("*a* <b> [l](x) _e_ in_word `c` $m$ &amp;", "test")};
   const std::string out = markdown_table(rows, text_of());
   EXPECT_NE(out.find(R"(\*a\* &lt;b&gt; [l\](x) \_e\_ in_word \`c\` \$m\$ &amp;amp;)"),
             std::string::npos)
@@ -224,10 +224,10 @@ TEST(MarkdownTable, NoRows) {
 }
 
 TEST(TerminalTable, HasASectionForEachDatasetAndALineForWhatWentWrong) {
-  ResultRow undefined = row_of_seeds();
+  ResultRow undefined = seeded_row();
   undefined.undefined_frames = 3;
-  const std::vector<ResultRow> rows = {made_row("gn", "test"), undefined, failed_row("no\nmemory"),
-                                       made_row("gn", "edge")};
+  const std::vector<ResultRow> rows = {table_row("gn", "test"), undefined, failed_row("no\nmemory"),
+                                       table_row("gn", "edge")};
   const std::string out = terminal_of(result_summary(rows));
   // Numbers end where their titles end.
   const auto heads = lines_with(out, "solver");
@@ -248,7 +248,7 @@ TEST(TerminalTable, HasASectionForEachDatasetAndALineForWhatWentWrong) {
 }
 
 TEST(CsvTable, EveryNumberHasAColumn) {
-  const std::vector<ResultRow> rows = {made_row("gn", "test"), failed_row("a, \"b\"\nc")};
+  const std::vector<ResultRow> rows = {table_row("gn", "test"), failed_row("a, \"b\"\nc")};
   const auto records = parsed(csv_table(rows, text_of().published));
   ASSERT_EQ(records.size(), 3U);
   for (const auto& record : records) EXPECT_EQ(record.size(), records[0].size());
@@ -280,7 +280,7 @@ TEST(CsvTable, QuotesTextAndLeavesWhatIsUndefinedEmpty) {
 
 TEST(CsvTable, HoldsTheSpreadOfTheSeedsAndTheSweep) {
   const auto records =
-      parsed(csv_table(std::vector{row_of_seeds(), made_row("gn", "test")}, text_of().published));
+      parsed(csv_table(std::vector{seeded_row(), table_row("gn", "test")}, text_of().published));
   EXPECT_EQ(field(records, 1, "seeds"), "1 2 3");
   EXPECT_EQ(field(records, 1, "AR_seed_deviation"), "0.0042");
   EXPECT_EQ(field(records, 1, "PE_seed_deviation"), "");
@@ -289,12 +289,12 @@ TEST(CsvTable, HoldsTheSpreadOfTheSeedsAndTheSweep) {
 }
 
 TEST(LatexTable, ShowsTheSpreadOfTheSeeds) {
-  const std::string out = latex_table(std::vector{row_of_seeds()}, text_of());
+  const std::string out = latex_table(std::vector{seeded_row()}, text_of());
   EXPECT_NE(out.find("\\ensuremath{\\pm} 0.004"), std::string::npos) << out;
 }
 
 TEST(LatexTable, EscapesWhatLatexWouldTakeForItsOwn) {
-  const std::vector<ResultRow> rows = {made_row("a_b&c%d#e$f{g}h~i^j\\k--l", "test")};
+  const std::vector<ResultRow> rows = {table_row("a_b&c%d#e$f{g}h~i^j\\k--l", "test")};
   const std::string out = latex_table(rows, {});
   EXPECT_EQ(out.find("a_b"), std::string::npos);
   std::string label;  // without the line breaks of the narrow column
@@ -307,8 +307,8 @@ TEST(LatexTable, EscapesWhatLatexWouldTakeForItsOwn) {
 }
 
 TEST(LatexTable, IsBalancedAndPureAsciiButForLatinLetters) {
-  const std::vector<ResultRow> rows = {made_row("λ → é ₀ 漢", "test"),
-                                       failed_row("[a] 50 %\n& more"), made_row("gn", "edge")};
+  const std::vector<ResultRow> rows = {table_row("λ → é ₀ 漢", "test"),
+                                       failed_row("[a] 50 %\n& more"), table_row("gn", "edge")};
   const std::string out = latex_table(rows, text_of());
   const auto count = [&](const std::string& word) {
     std::size_t n = 0;

@@ -28,7 +28,7 @@ constexpr bool under_sanitizers = true;
 constexpr bool under_sanitizers = false;
 #endif
 
-Contact disc(double x, double y, double radius, double ratio) {
+Contact border_disc(double x, double y, double radius, double ratio) {
   Contact contact;
   contact.centre = {x, y};
   contact.half_size.setConstant(radius);
@@ -37,14 +37,14 @@ Contact disc(double x, double y, double radius, double ratio) {
 }
 
 Contact ellipse(double x, double y, double a, double b, double angle, double ratio) {
-  Contact contact = disc(x, y, a, ratio);
+  Contact contact = border_disc(x, y, a, ratio);
   contact.shape = Shape::ellipse;
   contact.half_size = {a, b};
   contact.angle = angle;
   return contact;
 }
 
-Contact rectangle(double x, double y, double a, double b, double angle, double ratio) {
+Contact border_rectangle(double x, double y, double a, double b, double angle, double ratio) {
   Contact contact = ellipse(x, y, a, b, angle, ratio);
   contact.shape = Shape::rectangle;
   return contact;
@@ -73,17 +73,19 @@ VectorXd change_on_grid(const ForwardModel& model, const Scene& scene) {
 /// Scenes with everything that smooth, separate contacts do not have.
 std::vector<std::pair<const char*, Scene>> hard_scenes() {
   return {
-      {"rectangle", {{rectangle(0.2, -0.1, 0.3, 0.15, 0.4, 0.3)}}},
-      {"cut by the border", {{disc(0.9, 0.3, 0.3, 0.4)}}},
+      {"rectangle", {{border_rectangle(0.2, -0.1, 0.3, 0.15, 0.4, 0.3)}}},
+      {"cut by the border", {{border_disc(0.9, 0.3, 0.3, 0.4)}}},
       {"cut by a corner", {{ellipse(-0.95, 0.9, 0.4, 0.2, 0.3, 0.3)}}},
-      {"on an electrode", {{disc(1, 0.25, 0.3, 0.2)}}},
-      {"overlapping", {{disc(0, 0, 0.3, 0.5), ellipse(0.3, 0.1, 0.35, 0.2, 1, 0.2)}}},
-      {"corner in a disc", {{disc(0, 0, 0.3, 0.7), rectangle(0.3, 0.3, 0.2, 0.2, 0, 0.3)}}},
+      {"on an electrode", {{border_disc(1, 0.25, 0.3, 0.2)}}},
+      {"overlapping", {{border_disc(0, 0, 0.3, 0.5), ellipse(0.3, 0.1, 0.35, 0.2, 1, 0.2)}}},
+      {"corner in a disc",
+       {{border_disc(0, 0, 0.3, 0.7), border_rectangle(0.3, 0.3, 0.2, 0.2, 0, 0.3)}}},
       {"side by side",
-       {{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0.1, 0.2, 0.2, 0, 0.2)}}},
+       {{border_rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5),
+         border_rectangle(0.2, 0.1, 0.2, 0.2, 0, 0.2)}}},
       {"concave polygon", {{polygon_of({{-0.4, -0.3}, {0.3, -0.2}, {0, 0}, {-0.1, 0.5}}, 0.3)}}},
-      {"rise in conductivity", {{rectangle(0.4, 0.4, 0.2, 0.1, 0.7, 3)}}},
-      {"flush with the border", {{rectangle(0.8, 0, 0.2, 0.4, 0, 0.4)}}}};
+      {"rise in conductivity", {{border_rectangle(0.4, 0.4, 0.2, 0.1, 0.7, 3)}}},
+      {"flush with the border", {{border_rectangle(0.8, 0, 0.2, 0.4, 0, 0.4)}}}};
 }
 
 TEST(BorderModel, EqualsTheReferenceTo1e9) {
@@ -124,7 +126,7 @@ TEST(BorderModel, GridsConvergeToItWhateverTheScene) {
 
 TEST(BorderModel, CoverAllOfTheSheetScalesTheVoltages) {
   const BorderModel model{Sensor{}};
-  const Scene scene{{rectangle(0, 0, 1.5, 1.5, 0.1, 0.25)}};
+  const Scene scene{{border_rectangle(0, 0, 1.5, 1.5, 0.1, 0.25)}};
   const BorderModel::Solution solution = model.solve(scene, 1e-12);
   EXPECT_EQ(solution.points, 0);
   EXPECT_LT((solution.change - 3 * model.reference_voltages()).norm(),
@@ -135,9 +137,10 @@ TEST(BorderModel, CoverAllOfTheSheetScalesTheVoltages) {
 TEST(BorderModel, TurningTheSceneTurnsTheElectrodes) {
   // A quarter turn moves every electrode to the place of the fourth before it.
   const BorderModel model{Sensor{}};
-  const Scene scene{{rectangle(0.5, 0.2, 0.3, 0.15, 0.4, 0.3), disc(-0.9, -0.2, 0.25, 0.5)}};
-  const Scene turned{
-      {rectangle(-0.2, 0.5, 0.3, 0.15, 0.4 + pi / 2, 0.3), disc(0.2, -0.9, 0.25, 0.5)}};
+  const Scene scene{
+      {border_rectangle(0.5, 0.2, 0.3, 0.15, 0.4, 0.3), border_disc(-0.9, -0.2, 0.25, 0.5)}};
+  const Scene turned{{border_rectangle(-0.2, 0.5, 0.3, 0.15, 0.4 + pi / 2, 0.3),
+                      border_disc(0.2, -0.9, 0.25, 0.5)}};
   const VectorXd a = model.solve(scene, 1e-8).change;
   const VectorXd b = model.solve(turned, 1e-8).change;
   const std::vector<Channel> channels = channels_of(model.sensor());
@@ -192,14 +195,15 @@ TEST(BorderModel, IsNotFooledByWhatSymmetryHides) {
   // Reciprocity alone would pass these: their coarse voltages are wrong and yet symmetric.
   const BorderModel model{Sensor{}};
   const double tolerance = 0.25 * noise_50_db(model);
-  const std::vector<Scene> scenes = {{{rectangle(0, 0, 0.9, 0.1, 0, 0.1)}},
-                                     {{rectangle(0, 0, 0.9, 0.02, pi / 4, 0.1)}},
-                                     {{ellipse(0, 0, 0.9, 0.04, 0, 0.1)}},
-                                     {{disc(0.3005, 0, 0.3, 0.1), disc(-0.3005, 0, 0.3, 0.1)}},
-                                     {{disc(0.6, 0.6, 0.399, 0.1)}},
-                                     {{disc(1, 0.3, 0.05, 0.1)}},
-                                     {{disc(0, 0.999, 0.25 + 1e-4, 0.1)}},
-                                     {{rectangle(0, 0, 0.999, 0.999, 0, 0.1)}}};
+  const std::vector<Scene> scenes = {
+      {{border_rectangle(0, 0, 0.9, 0.1, 0, 0.1)}},
+      {{border_rectangle(0, 0, 0.9, 0.02, pi / 4, 0.1)}},
+      {{ellipse(0, 0, 0.9, 0.04, 0, 0.1)}},
+      {{border_disc(0.3005, 0, 0.3, 0.1), border_disc(-0.3005, 0, 0.3, 0.1)}},
+      {{border_disc(0.6, 0.6, 0.399, 0.1)}},
+      {{border_disc(1, 0.3, 0.05, 0.1)}},
+      {{border_disc(0, 0.999, 0.25 + 1e-4, 0.1)}},
+      {{border_rectangle(0, 0, 0.999, 0.999, 0, 0.1)}}};
   for (std::size_t s = 0; s < scenes.size(); ++s) {
     const BorderModel::Solution solution = model.solve(scenes[s], tolerance);
     const BorderModel::Solution exact = model.solve(scenes[s], tolerance / 300, 3000);
@@ -212,7 +216,7 @@ TEST(BorderModel, DisplacedElectrodesAreThoseOfAnotherSensor) {
   Sensor turned;
   turned.electrode_offset = 0.3125;  // on the nodes of the 192-grid
   const BorderModel moved(Sensor{}, VectorXd::Constant(16, 0.0625));
-  const Scene scene{{disc(0.3, 0.2, 0.3, 0.4)}};
+  const Scene scene{{border_disc(0.3, 0.2, 0.3, 0.4)}};
   EXPECT_LT((moved.reference_voltages() - BorderModel(turned).reference_voltages()).norm(), 1e-12);
   const ForwardModel grid(turned, 192);
   EXPECT_LT((moved.reference_voltages() - grid.reference_voltages()).norm(),
@@ -274,10 +278,10 @@ TEST(BorderModel, DerivativesEqualDifferences) {
       {"two ellipses",
        {{ellipse(0.3, 0.2, 0.3, 0.2, 0.5, 0.3), ellipse(-0.4, -0.3, 0.2, 0.15, 1, 2)}},
        1e-5},
-      {"nested", {{ellipse(0, 0, 0.4, 0.3, 0.5, 0.6), disc(0.05, 0, 0.15, 0.3)}}, 1e-5},
-      {"disc", {{disc(-0.5, 0.4, 0.25, 0.6)}}, 1e-5},
-      {"close to the border", {{disc(0.73, 0.1, 0.25, 0.2)}}, 1e-5},
-      {"very close to the border", {{disc(0.745, 0.1, 0.25, 0.2)}}, 1e-4}};
+      {"nested", {{ellipse(0, 0, 0.4, 0.3, 0.5, 0.6), border_disc(0.05, 0, 0.15, 0.3)}}, 1e-5},
+      {"disc", {{border_disc(-0.5, 0.4, 0.25, 0.6)}}, 1e-5},
+      {"close to the border", {{border_disc(0.73, 0.1, 0.25, 0.2)}}, 1e-5},
+      {"very close to the border", {{border_disc(0.745, 0.1, 0.25, 0.2)}}, 1e-4}};
   for (const auto& [name, scene, accuracy] : cases) {
     const RowMajorMatrix exact = model.linearise(scene, 6).derivatives;
     EXPECT_LT((model.linearise(scene, 6).change - model.solve_at(scene, 6).change).norm(),
@@ -306,38 +310,44 @@ TEST(BorderModel, DerivativesAreForSmoothWholeContacts) {
   const auto refuses = [&](std::vector<Contact> contacts) {
     EXPECT_THROW(model.linearise({std::move(contacts)}, 1), InputError);
   };
-  refuses({disc(0.9, 0, 0.2, 0.5)});  // cut by the sheet's border
-  refuses({disc(0, 0, 0.2, 0.5), rectangle(0.5, 0, 0.1, 0.1, 0, 0.5)});
-  refuses({disc(0, 0, 0.3, 0.5), disc(0.3, 0, 0.2, 0.7)});  // crossing
-  refuses({disc(0.9, 0.25, 0.2, 0.5)});                     // on an electrode
-  refuses({disc(0, 0, 1.5, 0.5)});                          // on all of them
+  refuses({border_disc(0.9, 0, 0.2, 0.5)});  // cut by the sheet's border
+  refuses({border_disc(0, 0, 0.2, 0.5), border_rectangle(0.5, 0, 0.1, 0.1, 0, 0.5)});
+  refuses({border_disc(0, 0, 0.3, 0.5), border_disc(0.3, 0, 0.2, 0.7)});  // crossing
+  refuses({border_disc(0.9, 0.25, 0.2, 0.5)});                            // on an electrode
+  refuses({border_disc(0, 0, 1.5, 0.5)});                                 // on all of them
   EXPECT_EQ(model.linearise({}, 1).derivatives.cols(), 0);
 }
 
 TEST(ContactArcs, LeaveOutWhatDoesNotShow) {
   // A disc within a stronger one shows nothing; within a weaker one it shows whole.
-  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.1, 0.5)}}, *square_sheet()).size(),
-            1u);
-  const auto nested = contact_arcs({{disc(0, 0, 0.3, 0.5), disc(0, 0, 0.1, 0.2)}}, *square_sheet());
+  EXPECT_EQ(
+      contact_arcs({{border_disc(0, 0, 0.3, 0.2), border_disc(0, 0, 0.1, 0.5)}}, *square_sheet())
+          .size(),
+      1u);
+  const auto nested =
+      contact_arcs({{border_disc(0, 0, 0.3, 0.5), border_disc(0, 0, 0.1, 0.2)}}, *square_sheet());
   ASSERT_EQ(nested.size(), 2u);
   EXPECT_EQ(nested[1].left, 0.2);
   EXPECT_EQ(nested[1].right, 0.5);
   // The same contact twice is there once; so is a side that two rectangles share.
-  EXPECT_EQ(contact_arcs({{disc(0, 0, 0.3, 0.2), disc(0, 0, 0.3, 0.2)}}, *square_sheet()).size(),
-            1u);
   EXPECT_EQ(
-      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.5)}},
-                   *square_sheet())
+      contact_arcs({{border_disc(0, 0, 0.3, 0.2), border_disc(0, 0, 0.3, 0.2)}}, *square_sheet())
           .size(),
-      6u);
-  EXPECT_EQ(
-      contact_arcs({{rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5), rectangle(0.2, 0, 0.2, 0.2, 0, 0.3)}},
-                   *square_sheet())
-          .size(),
-      7u);
+      1u);
+  EXPECT_EQ(contact_arcs({{border_rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5),
+                           border_rectangle(0.2, 0, 0.2, 0.2, 0, 0.5)}},
+                         *square_sheet())
+                .size(),
+            6u);
+  EXPECT_EQ(contact_arcs({{border_rectangle(-0.2, 0, 0.2, 0.2, 0, 0.5),
+                           border_rectangle(0.2, 0, 0.2, 0.2, 0, 0.3)}},
+                         *square_sheet())
+                .size(),
+            7u);
   // A side on the sheet's border is insulated already.
-  EXPECT_EQ(contact_arcs({{rectangle(0.8, 0, 0.2, 0.2, 0, 0.5)}}, *square_sheet()).size(), 3u);
-  EXPECT_TRUE(contact_arcs({{disc(3, 0, 0.5, 0.5)}}, *square_sheet()).empty());
+  EXPECT_EQ(contact_arcs({{border_rectangle(0.8, 0, 0.2, 0.2, 0, 0.5)}}, *square_sheet()).size(),
+            3u);
+  EXPECT_TRUE(contact_arcs({{border_disc(3, 0, 0.5, 0.5)}}, *square_sheet()).empty());
 }
 
 TEST(SquareMap, TakesTheSquareToTheDisc) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr double pressed_x = 0.4;
 constexpr double pressed_y = -0.3;
-constexpr double near_mm = 17;  ///< two pixels
+constexpr double two_pixels_mm = 17;  ///< two pixels
 
 /// Twenty frames without contact, noise of 1e-5 V, then three of a disc at (pressed_x, pressed_y).
 Frames measured_frames(const Sensor& sensor) {
@@ -256,7 +256,7 @@ TEST(FramesProgram, CsvInMillivoltsBecomesPicturesAndTables) {
   EXPECT_NE(right.output.find("cannot be seen"), std::string::npos) << right.output;
   EXPECT_LT(
       (strongest(folder / "images.h5", 21) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
-      near_mm);
+      two_pixels_mm);
   EXPECT_EQ(read_text(folder / "images.png").substr(1, 3), "PNG");
   const RowMajorMatrix declared =
       Hdf5File::open(folder / "images.h5").read_rows("/conductivity_change", 0, 23);
@@ -395,7 +395,7 @@ TEST(FramesProgram, ACalibrationChoosesParametersAndJudgesFrames) {
   const Hdf5File images = Hdf5File::open(folder / "o.h5");
   EXPECT_GT(nlohmann::json::parse(images.read_text("/", "solver")).at("lambda").get<double>(), 0);
   EXPECT_LT((strongest(folder / "o.h5", 22) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
-            near_mm);
+            two_pixels_mm);
   // Frames with five times the noise are found out; those that were calibrated on are not, but for
   // the false alarms of a check that was fitted on a few hundred scenes.
   EXPECT_LE((images.read_vector("/status").head(20).array() != 0).count(), 3);
@@ -467,7 +467,7 @@ TEST(FramesProgram, ImagesOpenUprightInPython) {
   EXPECT_LT((place_said(said.output) - strongest(folder / "images.h5", 0)).norm(), 1e-3)
       << said.output;
   EXPECT_LT((place_said(said.output) - 100 * Eigen::Vector2d(pressed_x, pressed_y)).norm(),
-            near_mm);
+            two_pixels_mm);
 }
 
 TEST(FramesProgram, ImagesOpenUprightInOctaveAndItsFramesAreRead) {
