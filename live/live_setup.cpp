@@ -59,6 +59,7 @@ ReadySolver solver_of_experiment(const LiveOptions& options, SolverRegistry& reg
   describe(entry, registry.load(entry.type));
   const FitRecipe recipe = fit_recipe(experiment, entry);
   const Cache cache = Cache::standard();
+  const CacheShare share(cache, CacheShare::Of::run);
   const DatasetSpec* chosen_on = experiment.find_dataset(
       experiment.contacts.chosen_on.empty() ? "validation" : experiment.contacts.chosen_on);
   for (const DatasetSpec* set : {recipe.training ? &*recipe.training : nullptr,

@@ -107,6 +107,8 @@ ExitCode cache(const CacheArguments& arguments) {
   if (arguments.prune && !arguments.all && !arguments.stale && !arguments.older_than) {
     throw InputError("--prune: say what: --stale, --older-than DAYS, or --all");
   }
+  std::optional<CacheShare> share;
+  if (arguments.prune && !arguments.dry_run) share.emplace(cache, CacheShare::Of::removal);
   std::uint64_t bytes = 0;
   std::size_t count = 0;
   for (const CachedThing& thing : cache_contents(cache)) {

@@ -5,15 +5,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "core/build.h"
 #include "core/build_stamp.h"
 #include "core/errors.h"
 #include "core/json.h"
 #include "core/kept.h"
+#include "core/text.h"
 #include "forward/data/dataset_file.h"
 #include "solvers/check/stored_solver.h"
 #include "solvers/solver_file.h"
@@ -156,6 +159,27 @@ std::filesystem::path Cache::fitted_solver(const FitRecipe& recipe) const {
 
 std::filesystem::path Cache::work_folder(const FitRecipe& recipe) const {
   return fitted_solver(recipe).replace_extension(".work");
+}
+
+CacheShare::CacheShare(const Cache& cache, Of of) {
+  std::error_code unwritable;
+  if (of == Of::run) fs::create_directories(cache.folder(), unwritable);
+  const fs::path file = cache.folder() / ".in_use";
+  descriptor_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+  if (descriptor_ < 0) return;
+  const int share = of == Of::run ? LOCK_SH : LOCK_EX | LOCK_NB;
+  while (::flock(descriptor_, share) != 0) {
+    if (errno == EINTR) continue;
+    const bool taken = errno == EWOULDBLOCK;
+    ::close(std::exchange(descriptor_, -1));
+    if (!taken) return;
+    throw InputError(printable_path(cache.folder().string()) +
+                     ": a run needs what it holds; wait for its end, or add --dry-run");
+  }
+}
+
+CacheShare::~CacheShare() {
+  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 std::vector<CachedThing> cache_contents(const Cache& cache) {

@@ -56,6 +56,21 @@ struct CachedThing {
   bool in_use = false;      ///< a process fits it now
 };
 
+/// A share in the cache: of a run, which needs what it holds, or of what removes it.
+class CacheShare {
+ public:
+  enum class Of { run, removal };
+  /// A run waits for the end of a removal. Throws InputError at a removal while a run goes on.
+  /// Nothing is shared in a folder that cannot be written.
+  CacheShare(const Cache& cache, Of of);
+  CacheShare(const CacheShare&) = delete;
+  CacheShare& operator=(const CacheShare&) = delete;
+  ~CacheShare();
+
+ private:
+  int descriptor_ = -1;
+};
+
 /// All that the cache holds, by kind and name. Nothing where there is no cache.
 std::vector<CachedThing> cache_contents(const Cache& cache);
 

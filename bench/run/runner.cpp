@@ -185,6 +185,7 @@ void add_builds(const Stage& stage, const Experiment& experiment, const JobRecor
 ExperimentResults run_stages(const Stages& stages, const Experiment& experiment, const Cache& cache,
                              const RunOptions& options) {
   const auto taken = std::make_shared<const TakenFolder>(options.out);
+  const CacheShare share(cache, CacheShare::Of::run);
   if (options.fresh) forget(stages, experiment, cache, options);
   if (std::ranges::any_of(stages, [](const auto& stage) { return stage->reads_datasets(); })) {
     ensure_datasets(experiment, cache);

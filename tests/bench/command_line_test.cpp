@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "bench/record/cache.h"
 #include "tests/bench/program.h"
 #include "tests/bench/small_experiment.h"
 
@@ -164,6 +165,13 @@ TEST(CommandLine, TheCacheIsListedAndPruned) {
   fs::create_directories(folder / "cache/solvers/my.fitted");
   const Outcome would = run_program(folder.path(), "cache --prune --all --dry-run");
   EXPECT_TRUE(says(would, "5 datasets and solvers would be removed")) << would.output;
+  {
+    const CacheShare run(Cache(folder / "cache"), CacheShare::Of::run);
+    const Outcome refused = run_program(folder.path(), "cache --prune --all");
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_TRUE(says(refused, "a run needs what it holds; wait for its end")) << refused.output;
+    EXPECT_TRUE(says(run_program(folder.path(), "cache"), "5 datasets and solvers"));
+  }
   EXPECT_TRUE(
       says(run_program(folder.path(), "cache --prune --all"), "5 datasets and solvers removed"));
   // What the program did not write stays.
