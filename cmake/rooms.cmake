@@ -1,9 +1,10 @@
 # How the rooms of a library are compiled.
 
-# With ERTBENCH_UNITY a library is one translation unit, but for lists of rooms that are named behind
-# the target, each of which is a unit of its own: files of a unit share the reading of headers and the
-# instances of templates, which are nine tenths of compiling them one by one. Without it, for work on
-# single files, the headers that nearly every file reads are precompiled.
+# ertbench_rooms(TARGET ROOM+ROOM...): with ERTBENCH_UNITY a library is one translation unit, but for
+# the rooms that are joined by "+" behind the target, each such group a unit of its own. Files of a unit
+# share the reading of headers and the instances of templates, which are nine tenths of compiling them
+# one by one. Without it, for work on single files, the headers that nearly every file reads are
+# precompiled.
 function(ertbench_rooms target)
   if(NOT ERTBENCH_UNITY)
     target_precompile_headers(${target} PRIVATE

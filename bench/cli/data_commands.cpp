@@ -41,6 +41,7 @@ ExitCode generate(const GenerateArguments& arguments) {
   SolverRegistry registry;
   const Experiment experiment = read_experiment(arguments.experiment, registry, chart_types());
   const Cache cache = Cache::standard();
+  const CacheShare share(cache, CacheShare::Of::run);
   if (arguments.dataset.empty() && arguments.out.empty()) {
     ensure_datasets(experiment, cache);
     for (const DatasetSpec* spec : experiment.datasets()) {

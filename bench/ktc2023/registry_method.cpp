@@ -190,6 +190,7 @@ class TrainedMethod final : public KtcMethod {
     recipe.sensor = sensor_;
     describe(recipe.entry, registry_.load(recipe.entry.type));
     const Cache cache = Cache::standard();
+    const CacheShare share(cache, CacheShare::Of::run);
     if (!options_.solver.contains("checkpoint")) {
       const int held_out = options_.scenes / 16;
       recipe.training = tanks(held_out, options_.scenes, "train", cache);

@@ -56,7 +56,8 @@ struct CachedThing {
   bool in_use = false;      ///< a process fits it now
 };
 
-/// A share in the cache: of a run, which needs what it holds, or of what removes it.
+/// A share in the cache, of all processes that use it: of a run or whatever else needs what the
+/// cache holds, or of what removes it.
 class CacheShare {
  public:
   enum class Of { run, removal };

@@ -25,4 +25,9 @@ inline Eigen::RowVectorXd true_image(const Scene& scene) {
   return kSensor.background * ratio.transpose();
 }
 
+/// Its change, [pixels] S/m.
+inline Eigen::RowVectorXd true_change(const Scene& scene) {
+  return true_image(scene).array() - kSensor.background;
+}
+
 }  // namespace ertbench::testing

@@ -6,13 +6,15 @@
 #include <limits>
 #include <numbers>
 
-#include "forward/sheet/rasterise.h"
+#include "tests/bench/disc_scenes.h"
 
 namespace ertbench {
 namespace {
 
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
+using testing::true_change;
+using testing::true_image;
 
 Contact contact(Shape shape, Vector2d centre, Vector2d half_size, double angle = 0) {
   Contact out;
@@ -24,24 +26,15 @@ Contact contact(Shape shape, Vector2d centre, Vector2d half_size, double angle =
   return out;
 }
 
-RowVectorXd conductivity_of(const Scene& scene) {
-  Eigen::VectorXd ratio(576);
-  rasterise(scene, square_sheet()->pixels(24), Rasterisation::area, ratio);
-  return 0.06 * ratio.transpose();
-}
-
-/// The scene's true change.
-RowVectorXd change_of(const Scene& scene) { return conductivity_of(scene).array() - 0.06; }
-
 JudgedFrame judged(const Scene& truth, const RowVectorXd& change,
                    FrameStatus status = FrameStatus::ok) {
-  return judge(Sensor{}, FailureRule{}, truth, conductivity_of(truth), change, status);
+  return judge(Sensor{}, FailureRule{}, truth, true_image(truth), change, status);
 }
 
 const Scene disc_scene = {{contact(Shape::disc, {0.3, 0.2}, {0.2, 0.2})}};
 
 TEST(FrameFailure, APerfectImageDoesNotFail) {
-  const JudgedFrame frame = judged(disc_scene, change_of(disc_scene));
+  const JudgedFrame frame = judged(disc_scene, true_change(disc_scene));
   EXPECT_EQ(frame.failed, 0);
   EXPECT_NEAR(*frame.error, 0, 1e-12);
   EXPECT_EQ(*frame.distance, 0);
@@ -56,10 +49,10 @@ TEST(FrameFailure, NothingIsAsBadAsNothing) {
 }
 
 TEST(FrameFailure, UndefinedImages) {
-  RowVectorXd change = change_of(disc_scene);
+  RowVectorXd change = true_change(disc_scene);
   change[7] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(judged(disc_scene, change).failed, static_cast<int>(FailureKind::undefined));
-  const JudgedFrame frame = judged(disc_scene, change_of(disc_scene), FrameStatus::undefined);
+  const JudgedFrame frame = judged(disc_scene, true_change(disc_scene), FrameStatus::undefined);
   EXPECT_EQ(frame.failed, static_cast<int>(FailureKind::undefined));
   EXPECT_FALSE(frame.error || frame.peak);
 }
@@ -67,14 +60,14 @@ TEST(FrameFailure, UndefinedImages) {
 TEST(FrameFailure, AMisplacedContact) {
   // The right contact, weakly, and a stronger one elsewhere: 0.9 + 0.2 from the true disc's border.
   const Scene both = {{contact(Shape::disc, {-0.6, 0.2}, {0.1, 0.1})}};
-  const RowVectorXd change = 0.5 * change_of(disc_scene) + 1.2 * change_of(both);
+  const RowVectorXd change = 0.5 * true_change(disc_scene) + 1.2 * true_change(both);
   const JudgedFrame frame = judged(disc_scene, change);
   EXPECT_TRUE(frame.has(FailureKind::misplaced));
   EXPECT_NEAR(*frame.distance, 0.7, 0.02);
   EXPECT_FALSE(frame.has(FailureKind::worse_than_nothing));
   // Moved by less than an eighth of the side it counts as found.
   const Scene near_by = {{contact(Shape::disc, {0.3, 0.6}, {0.2, 0.2})}};
-  const JudgedFrame close = judged(disc_scene, change_of(near_by));
+  const JudgedFrame close = judged(disc_scene, true_change(near_by));
   EXPECT_NEAR(*close.distance, 0.2, 0.02);
   EXPECT_FALSE(close.has(FailureKind::misplaced));
   EXPECT_TRUE(close.has(FailureKind::worse_than_nothing)) << *close.error;
@@ -85,7 +78,7 @@ TEST(FrameFailure, OnlyTheRegionAroundThePeakCounts) {
   // be far from both.
   const Scene two = {
       {contact(Shape::disc, {-0.6, 0}, {0.2, 0.2}), contact(Shape::disc, {0.6, 0}, {0.2, 0.2})}};
-  EXPECT_EQ(*judged(two, change_of(two)).distance, 0);
+  EXPECT_EQ(*judged(two, true_change(two)).distance, 0);
 }
 
 TEST(FrameFailure, BlankScenesFailByShowingAContact) {

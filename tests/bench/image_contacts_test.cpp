@@ -7,7 +7,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "forward/sheet/rasterise.h"
 #include "tests/bench/disc_scenes.h"
 
 namespace ertbench {
@@ -16,6 +15,7 @@ namespace {
 using Eigen::RowVectorXd;
 using Eigen::Vector2d;
 using testing::kSensor;
+using testing::true_change;
 
 constexpr double kMm = 100;  // of a domain unit of the default sheet
 
@@ -25,12 +25,6 @@ Contact disc_mm(double x_mm, double y_mm, double radius_mm, double ratio = 0.6) 
   contact.half_size = Vector2d::Constant(radius_mm / kMm);
   contact.conductivity_ratio = ratio;
   return contact;
-}
-
-RowVectorXd true_change(const Scene& scene) {
-  Eigen::VectorXd ratio(kSensor.pixels());
-  rasterise(scene, kSensor.image(), Rasterisation::area, ratio);
-  return kSensor.background * (ratio.transpose().array() - 1);
 }
 
 /// Blobs exp(-r²/2s²) of given heights, S/m, as blurred images have them.
